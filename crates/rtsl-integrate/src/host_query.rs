@@ -5,14 +5,14 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{Constant, Op, Output, Value, Variable};
+use rtsl_ir::{CompareOp, Constant, Op, Output, Value, Variable};
 use rtsl_link::{Linked, LinkedMethod, Linker, Linking};
-use rtsl_spec::{TO_OBJECT, TO_WORLD};
+use rtsl_spec::{Role, TO_OBJECT, TO_WORLD};
 
-use crate::arithmetic::{Arithmetic, Vector};
-use crate::lights::{LightLink, LitPoint, SampledColor};
+use crate::arithmetic::{Arithmetic, Vector, vector_at};
+use crate::lights::{LightLink, LitPoint, SampleWeight, SampledColor};
 use crate::query_columns::{
-    COORDINATES, DERIVATIVES, FOOTPRINT, QueryColumns, SurfaceNeeds, TANGENTS,
+    COORDINATES, DERIVATIVES, FOOTPRINT, QueryColumns, SurfaceNeeds, TANGENTS, Weighing,
 };
 use crate::stage_linker::StageLinker;
 use crate::surface::{Hit, ShapeLinks, SurfaceCode};
@@ -91,7 +91,8 @@ impl QueryLink {
         let (lit, moment) = (code.lit_point_in_columns()?, code.moment_in_columns()?);
         let sampled = linker.sampled_point(shape, generate, &lit, &moment, &mut ops)?;
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
-        code.store_sample(&sampled.sample)?;
+        code.store_way(&sampled.sample);
+        code.store_columns(QueryColumns::DENSITY, &[sampled.sample.density]);
         let SampledColor { direction, distance, .. } = sampled.sample;
         let stored = [
             ("rt_RayOrigin", lit.point.to_vec()),
@@ -107,6 +108,40 @@ impl QueryLink {
         Ok(self.finish(ops))
     }
 
+    /// Links [`HostQuery::SampledEmission`](crate::query_columns::HostQuery::SampledEmission).
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn sampled_emission(
+        mut self,
+        emission: &LinkedMethod,
+        weighing: Weighing,
+    ) -> Linking<Linked> {
+        let (linker, mut ops) = (&mut self.linker, Vec::new());
+        let set = linker.light_method("", emission, Vec::new(), &mut ops)?;
+        let mut emission = linker.results(&set, Role::Material, "rt_EmissionColor", &mut ops)?;
+        let code = &mut Arithmetic { linker, to: &mut ops };
+        emission.push(code.query_column(QueryColumns::DENSITY)?);
+        let radiance = code.call("rt_usableEmission", &emission)?;
+        code.store_radiance(vector_at(&radiance, 0), weighing)?;
+        Ok(self.finish(ops))
+    }
+
+    /// Links [`HostQuery::SampledAlpha`](crate::query_columns::HostQuery::SampledAlpha).
+    ///
+    /// # Errors
+    /// If linking passes a limit.
+    pub fn sampled_alpha(mut self, lookup: &LinkedMethod, weighing: Weighing) -> Linking<Linked> {
+        let (linker, mut ops) = (&mut self.linker, Vec::new());
+        let set = linker.light_method("", lookup, Vec::new(), &mut ops)?;
+        let alpha = linker.results(&set, Role::Texture, "rt_FloatTextureValue", &mut ops)?;
+        let code = &mut Arithmetic { linker, to: &mut ops };
+        let emission = code.query_columns(QueryColumns::RADIANCE)?;
+        let radiance = code.call("rt_emissionWithAlpha", &[&emission, &alpha[..]].concat())?;
+        code.store_radiance(vector_at(&radiance, 0), weighing)?;
+        Ok(self.finish(ops))
+    }
+
     /// Links [`HostQuery::Illumination`](crate::query_columns::HostQuery::Illumination) for lights whose places are in
     /// columns.
     ///
@@ -118,8 +153,9 @@ impl QueryLink {
         let lit = code.lit_point_in_columns()?;
         let sample = linker.shapeless_sample(light, &lit, &mut ops)?;
         let code = &mut Arithmetic { linker: &mut *linker, to: &mut ops };
-        code.store_sample(&sample)?;
-        code.store_columns(QueryColumns::RADIANCE, &sample.color);
+        let is_found = code.is_found_sample(light, &sample)?;
+        code.store_way(&sample);
+        code.store_weighed(sample.color, sample.density, is_found)?;
         Ok(self.finish(ops))
     }
 
@@ -200,16 +236,34 @@ impl Arithmetic<'_> {
         Ok([("rt_Epsilon", vec![epsilon]), ("rt_TimeSeed", vec![time])])
     }
 
-    /// Stores a sample without its colour.
-    fn store_sample(&mut self, sample: &SampledColor) -> Linking<()> {
+    /// Weighs a radiance with a density as the columns tell, and stores both.
+    fn store_weighed(&mut self, color: Vector, density: Value, is_found: Value) -> Linking<()> {
         let probability = self.query_column(QueryColumns::PROBABILITY)?;
-        let weight = self.call("rt_weightOfSample", &[sample.density, probability])?;
-        self.store_columns(QueryColumns::WEIGHT, &weight);
+        let (divides, zero) = (self.query_column(QueryColumns::DIVIDES)?, self.float(0.0)?);
+        let divides = self.compare(CompareOp::Greater, divides, zero)?;
+        let weight = SampleWeight { divides, is_found, probability };
+        let (color, density) = self.weighed(color, density, weight)?;
+        self.store_columns(QueryColumns::RADIANCE, &color);
+        self.store_columns(QueryColumns::DENSITY, &[density]);
+        Ok(())
+    }
+
+    /// Stores the radiance of a sampled point of a shape, which may be weighed.
+    fn store_radiance(&mut self, radiance: Vector, weighing: Weighing) -> Linking<()> {
+        if weighing == Weighing::Later {
+            self.store_columns(QueryColumns::RADIANCE, &radiance);
+            return Ok(());
+        }
+        let density = self.query_column(QueryColumns::DENSITY)?;
+        let is_found = self.boolean(weighing == Weighing::OfFound)?;
+        self.store_weighed(radiance, density, is_found)
+    }
+
+    /// Stores the way of a sample.
+    fn store_way(&mut self, sample: &SampledColor) {
         self.store_columns(QueryColumns::DIRECTION, &sample.direction);
         self.store_columns(QueryColumns::DISTANCE, &[sample.distance]);
         self.store_columns(QueryColumns::REACH, &[sample.end]);
-        self.store_columns(QueryColumns::DENSITY, &[sample.density]);
-        Ok(())
     }
 
     /// Returns the state to store, by names, after it has stored the columns.

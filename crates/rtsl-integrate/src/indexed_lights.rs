@@ -12,8 +12,7 @@ use rtsl_source::Diagnostic;
 use rtsl_stages::{MAX_ANSWERS, Port, ResumedBy};
 
 use crate::arithmetic::{Arithmetic, Vector};
-use crate::chosen_light::LightClassLink;
-use crate::lights::{ENTRIES, LightLinks, LitPoint, Weighed};
+use crate::lights::{ENTRIES, LightLinks, LitPoint, SampleWeight};
 use crate::sequences::Purpose;
 use crate::shade_call::ShadedSurface;
 use crate::stage::SurfaceLinks;
@@ -80,7 +79,13 @@ impl StageLinker {
         }
         let number = code.number_of_entry(links, index)?;
         let sample = self.sample_by_class(links, number, to, &mut |linker, class, to| {
-            linker.undivided_sample(class, &lit, key, sampler, to)
+            let (sample, is_found) = linker.sampled_color(class, &lit, key, sampler, to)?;
+            let code = &mut Arithmetic { linker, to };
+            let (divides, probability) = (code.boolean(false)?, code.float(1.0)?);
+            let weight = SampleWeight { divides, is_found, probability };
+            let (color, density) = code.weighed(sample.color, sample.density, weight)?;
+            let ends = [sample.distance, sample.end];
+            Ok([&sample.direction[..], &ends, &color, &[density]].concat())
         })?;
         let code = &mut Arithmetic { linker: self, to };
         let [x, y, z, distance, limit, red, green, blue, density] =
@@ -88,34 +93,6 @@ impl StageLinker {
         let operands = [&[x, y, z, red, green, blue][..], &axis, &[cosine]].concat();
         let is_usable = code.call("rt_isSampleInCone", &operands)?[0];
         Ok(vec![is_usable, x, y, z, distance, red, green, blue, density, limit])
-    }
-
-    /// Returns direction, distance, length of the shadow ray, colour and density of a sample, whose colour is not
-    /// divided by a density with which rays find the light too.
-    fn undivided_sample(
-        &mut self,
-        class: &LightClassLink,
-        lit: &LitPoint,
-        key: Value,
-        sampler: &Sampler,
-        to: &mut Vec<Op>,
-    ) -> Linking<Vec<Value>> {
-        let (sample, weighed) = self.sampled_color(class, lit, key, sampler, to)?;
-        let code = &mut Arithmetic { linker: self, to };
-        let (mut color, mut density) = (sample.color, sample.density);
-        if !matches!(weighed, Weighed::All) {
-            let one = code.float(1.0)?;
-            let divided = code.weighed(&sample, one, weighed)?;
-            for (channel, divided) in color.iter_mut().zip(&divided[4..7]) {
-                *channel = match weighed {
-                    Weighed::Where(is_found) => code.select(is_found, *channel, *divided)?,
-                    Weighed::None | Weighed::All => *divided,
-                };
-            }
-            density = divided[7];
-        }
-        let ends = [sample.distance, sample.end];
-        Ok([&sample.direction[..], &ends, &color, &[density]].concat())
     }
 }
 

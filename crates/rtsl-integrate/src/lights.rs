@@ -180,13 +180,15 @@ impl SampledColor {
     }
 }
 
-/// The samples of a light that rays find as well, so that the two are weighted against each other.
+/// What decides the weight of a sample.
 #[derive(Clone, Copy)]
-pub(crate) enum Weighed {
-    None,
-    All,
-    /// Those for which this is true.
-    Where(Value),
+pub(crate) struct SampleWeight {
+    /// True if radiances are divided by densities with which rays find the light, too.
+    pub divides: Value,
+    /// True if rays find the sample.
+    pub is_found: Value,
+    /// The probability with which its light was selected.
+    pub probability: Value,
 }
 
 /// A sample of a light, as the results of its query, without the first.
@@ -357,8 +359,12 @@ impl StageLinker {
         let selected = self.choose_light(selection, lit.point, operands[10], to)?;
         let sample =
             self.sample_by_class(links, selected.number, to, &mut |linker, class, to| {
-                let (sample, weighed) = linker.sampled_color(class, &lit, key, sampler, to)?;
-                Arithmetic { linker, to }.weighed(&sample, selected.probability, weighed)
+                let (sample, is_found) = linker.sampled_color(class, &lit, key, sampler, to)?;
+                let code = &mut Arithmetic { linker, to };
+                let (divides, probability) = (code.boolean(true)?, selected.probability);
+                let weight = SampleWeight { divides, is_found, probability };
+                let (color, density) = code.weighed(sample.color, sample.density, weight)?;
+                Ok([&sample.direction[..], &[sample.end], &color, &[density]].concat())
             })?;
         let code = &mut Arithmetic { linker: self, to };
         code.found_or_zeros(sample)
@@ -412,22 +418,20 @@ impl StageLinker {
         key: Value,
         sampler: &Sampler,
         to: &mut Vec<Op>,
-    ) -> Linking<(SampledColor, Weighed)> {
+    ) -> Linking<(SampledColor, Value)> {
         let outer = self.copied_numbers;
         self.begin_numbers(key, *sampler, to)?;
         let sampled = match &class.methods {
             LightMethods::Shapeless(light) => {
                 let sample = self.shapeless_sample(light, lit, to)?;
                 let code = &mut Arithmetic { linker: &mut *self, to };
-                let weighed = match light.is_weighed {
-                    true => Weighed::Where(code.is_infinite(sample.distance)?),
-                    false => Weighed::None,
-                };
-                (sample, weighed)
+                let is_found = code.is_found_sample(light, &sample)?;
+                (sample, is_found)
             }
             LightMethods::Area(light) => {
                 let sample = self.area_light_sample(light, lit, to)?;
-                (sample, if light.is_weighed { Weighed::All } else { Weighed::None })
+                let code = &mut Arithmetic { linker: &mut *self, to };
+                (sample, code.boolean(light.is_weighed)?)
             }
         };
         self.copied_numbers = outer;
@@ -550,29 +554,25 @@ impl Arithmetic<'_> {
         Ok(state)
     }
 
-    /// Divides the colour of a sample by its density, the probability of the light included. Returns direction, length
-    /// of the shadow ray, colour and density.
+    /// Weighs a sample with this radiance and this density, and returns both.
     pub fn weighed(
         &mut self,
-        sample: &SampledColor,
-        part: Value,
-        weighed: Weighed,
-    ) -> Linking<Sample> {
-        let SampledColor { direction, end, color, density, .. } = sample;
-        let is_found = match weighed {
-            Weighed::None => self.boolean(false)?,
-            Weighed::All => self.boolean(true)?,
-            Weighed::Where(is_found) => is_found,
-        };
-        let operands = [&color[..], &[*density, part, is_found]].concat();
+        color: Vector,
+        density: Value,
+        SampleWeight { divides, is_found, probability }: SampleWeight,
+    ) -> Linking<(Vector, Value)> {
+        let operands = [&[divides, is_found][..], &color, &[density, probability]].concat();
         let weighed = self.call("rt_weighSample", &operands)?;
-        Ok([&direction[..], &[*end], &weighed].concat())
+        Ok((vector_at(&weighed, 0), weighed[3]))
     }
 
-    /// True if rays that leave the scene find a sample at this distance.
-    fn is_infinite(&mut self, distance: Value) -> Linking<Value> {
+    /// True if rays that leave the scene find a sample of a light without a shape: those at infinity.
+    pub fn is_found_sample(&mut self, light: &LightLink, sample: &SampledColor) -> Linking<Value> {
+        if !light.is_weighed {
+            return self.boolean(false);
+        }
         let infinity = self.float(f32::INFINITY)?;
-        self.compare(CompareOp::Equal, distance, infinity)
+        self.compare(CompareOp::Equal, sample.distance, infinity)
     }
 
     /// Returns the results of the query: zeros for black samples.

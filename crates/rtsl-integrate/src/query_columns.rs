@@ -60,8 +60,8 @@ impl QueryColumns {
     pub const RADIANCE: usize = 90;
     /// The probability with which the light of a sample has been selected.
     pub const PROBABILITY: usize = 93;
-    /// The factor by which the radiance of a sample contributes.
-    pub const WEIGHT: usize = 94;
+    /// 1 if radiances of samples that rays find, too, are divided by densities; else 0.
+    pub const DIVIDES: usize = 94;
     /// The number of all arrays.
     pub const COUNT: usize = 95;
 
@@ -89,20 +89,39 @@ pub enum HostQuery {
     },
     /// The density with which light samples for a point find a hit: from the point, the ray and the place of the shape.
     Density,
-    /// A point of a shape as a light sample, without its radiance: from the lit point with its offset, the probability and
-    /// the place of the shape, to direction, distance, reach, density without the probability, and weight. The state of
-    /// methods of materials is stored too, without properties.
+    /// A point of a shape as a light sample, without its radiance: from the lit point with its offset and the place of the
+    /// shape, to direction, distance, reach, and density without the probability. The state of methods of materials is
+    /// stored too, without properties.
     SampledPoint,
+    /// The radiance of such a point by the `emission` of a material, which reads that state: from density and probability to
+    /// radiance and density.
+    SampledEmission(Weighing),
+    /// The radiance that a texture leaves which cuts the shape out: from radiance, density and probability to radiance and
+    /// density.
+    SampledAlpha(Weighing),
     /// A sample of a light without a shape: from the lit point with its normals and offset, and the probability, to
-    /// direction, distance, reach, radiance, density without the probability, and weight.
+    /// direction, distance, reach, radiance and density.
     Illumination {
         /// True if the light has a space of its own.
         is_placed: bool,
+        /// True if rays that leave the scene can find it.
+        is_weighed: bool,
     },
     /// The radiance of a light for a ray that leaves the scene.
     SkyEmission,
     /// The density with which samples of such a light find the ray, seen from its origin with its normals.
     SkyDensity,
+}
+
+/// The weighing of samples of shapes, by the probability with which their light was selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Weighing {
+    /// A texture is asked before.
+    Later,
+    /// Rays find the shape, too.
+    OfFound,
+    /// Samples alone find it.
+    OfInvisible,
 }
 
 /// The properties of surfaces that methods read besides rays, points and normals.

@@ -90,7 +90,7 @@ pub use rtsl_integrate::contribution::MAX_CONTRIBUTIONS;
 pub use rtsl_integrate::indexed_lights::SHADOW_LIMIT;
 pub use rtsl_integrate::light_selection::{LightContent, LightNode, LightSelection};
 pub use rtsl_integrate::lights::MAX_LIGHTS as MAX_STAGE_LIGHTS;
-pub use rtsl_integrate::query_columns::{HostQuery, QueryColumns, SurfaceNeeds};
+pub use rtsl_integrate::query_columns::{HostQuery, QueryColumns, SurfaceNeeds, Weighing};
 pub use rtsl_integrate::sequences::SEQUENCES_OF_SEARCH;
 pub use rtsl_integrate::spawning::{MAX_SPAWNS, SPAWN_FLOATS, SPAWN_SCALARS};
 pub use rtsl_link::AttributeTable;

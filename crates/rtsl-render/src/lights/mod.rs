@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl::{
     Backend, Engine, EngineOptions, HostQuery, Kernel, LightSelection, LightSelector, LinkedMethod,
-    Method, Objects, Outputs, PROVIDED_BY_LIGHT_SAMPLES, Program, QueryForm,
+    Method, Objects, PROVIDED_BY_LIGHT_SAMPLES, Program, QueryForm, Weighing,
 };
 use rtsl_scene::Scene;
 
@@ -51,8 +51,6 @@ pub struct LightClass {
     lights: Vec<u32>,
     of: Batching,
     illumination: Arc<Kernel>,
-    /// True if rays that leave the scene can hit them, so that samples at infinity are weighted.
-    is_weighed: bool,
     /// True if any has a transform.
     is_placed: bool,
 }
@@ -63,10 +61,10 @@ pub struct ShapeLightClass {
     class: u32,
     of: Batching,
     generate: Arc<Kernel>,
-    /// The emitters' class and their `emission`.
+    /// The emitters' class, and the radiance by their `emission`.
     emitter: (InstanceClassId, Batching),
     emission: Arc<Kernel>,
-    /// The class of the shapes' alpha textures and their `lookup`.
+    /// The class of the shapes' alpha textures, and the radiance that their `lookup` leaves.
     alpha: Option<(InstanceClassId, Batching, Arc<Kernel>)>,
     /// The kernels that compute what these read of sampled points, unless samples provide it.
     surface: Option<SurfaceKernels>,
@@ -251,13 +249,15 @@ impl Lights {
             let form = QueryForm { query, are_grouped: false, are_sampled: false, first_column };
             program.has(method).then(|| maker.query(program, of, &objects, false, form)).flatten()
         };
-        let illumination = kernel(Method::Illumination, of, HostQuery::Illumination { is_placed });
         let one = Batching::One(0);
         let emission = kernel(Method::Emission, one, HostQuery::SkyEmission);
-        let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
-            true => kernel(Method::EvaluatePdf, one, HostQuery::SkyDensity),
-            false => None,
-        };
+        let methods = [Method::Illumination, Method::Emission, Method::EvaluatePdf];
+        // Rays that leave the scene find samples at infinity, too.
+        let is_weighed = methods.into_iter().all(|method| program.has(method));
+        let density =
+            is_weighed.then(|| kernel(Method::EvaluatePdf, one, HostQuery::SkyDensity)).flatten();
+        let query = HostQuery::Illumination { is_placed, is_weighed };
+        let illumination = kernel(Method::Illumination, of, query);
         let first = self.entries.len() as u32;
         if let Some(illumination) = illumination {
             let class = self.classes.len() as u32;
@@ -273,7 +273,6 @@ impl Lights {
                 lights: lights.clone(),
                 of,
                 illumination,
-                is_weighed: density.is_some(),
             });
         }
         let Some(emission) = emission else { return };
@@ -403,21 +402,24 @@ impl ShapeLightClass {
     ) -> Option<Self> {
         let shapes = classes.compiled.class(key.class);
         let emitters = &classes.materials[key.emitter];
-        let outputs = Outputs::ALL.without_scratch();
-        let form = QueryForm {
-            query: HostQuery::SampledPoint,
+        let form = |query: HostQuery| QueryForm {
+            query,
             are_grouped: classes.compiled.is_placed_by_instances(key.class),
             are_sampled: true,
             first_column: classes.compiled.scratch_arrays as u32,
         };
+        let point = form(HostQuery::SampledPoint);
         let is_placed = shapes.is_placed();
-        let generate = maker.query(shapes.program(), of, &shapes.objects, is_placed, form);
+        let generate = maker.query(shapes.program(), of, &shapes.objects, is_placed, point);
+        let last = if key.is_invisible { Weighing::OfInvisible } else { Weighing::OfFound };
+        let weighing = if key.alpha.is_some() { Weighing::Later } else { last };
+        let query = form(HostQuery::SampledEmission(weighing));
         let (emitter, objects) = (&emitters.program, &emitters.objects);
-        let emission = maker.kernel(emitter, Method::Emission, of_emitter, objects, outputs);
+        let emission = maker.query(emitter, of_emitter, objects, false, query);
         let textures = key.alpha.map(|class| &classes.alpha[class]);
         let lookup = textures.and_then(|textures| {
-            let (texture, objects) = (&textures.program, &textures.objects);
-            maker.kernel(texture, Method::Lookup, of_alpha, objects, outputs)
+            let query = form(HostQuery::SampledAlpha(last));
+            maker.query(&textures.program, of_alpha, &textures.objects, false, query)
         });
         let lookup_method = textures.and_then(|it| it.program.method(Method::Lookup).ok());
         let readers = emitters.program.method(Method::Emission).ok().into_iter();

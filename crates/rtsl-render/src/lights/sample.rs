@@ -10,7 +10,6 @@ use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::kernels::Batching;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
-use crate::compiled::variables::{variables, vector};
 use crate::integrate::query_block::QueryBlock;
 use crate::integrate::random_numbers::RandomNumbers;
 use crate::integrate::rows::{BATCH_LANES, Row};
@@ -126,17 +125,15 @@ impl LightMemory {
             if lanes.count() == 0 {
                 continue;
             }
-            self.load(batch);
+            self.load(batch, weights);
             let class = class as usize;
-            let found = if let Some(class) = lights.classes.get(class) {
-                self.sample_class(class, scene, errors);
-                if class.is_weighed { Found::AtInfinity } else { Found::None }
-            } else {
-                let shapes = &lights.shapes[class - lights.classes.len()];
-                self.sample_shapes(shapes, scene, errors);
-                if shapes.is_invisible { Found::None } else { Found::All }
-            };
-            self.weigh(found, weights);
+            match lights.classes.get(class) {
+                Some(class) => self.sample_class(class, scene, errors),
+                None => {
+                    let shapes = &lights.shapes[class - lights.classes.len()];
+                    self.sample_shapes(shapes, scene, errors);
+                }
+            }
             self.store(&mut batch.light);
         }
     }
@@ -196,8 +193,7 @@ impl LightMemory {
             self.prepare_surfaces(surfaces, class.of, &scene.compiled, errors);
         }
         self.sample_emission(class, scene, errors);
-        self.set_emission();
-        self.find_alpha(class, scene, errors);
+        self.cut_out(class, scene, errors);
     }
 
     /// Computes what emitters and alpha textures read of sampled points besides points and normals, such as the texture
@@ -249,7 +245,7 @@ impl LightMemory {
     }
 
     /// Multiplies the emission of sampled points by their alpha, the part of rays that hit the surface there.
-    fn find_alpha(&mut self, class: &ShapeLightClass, scene: &RenderScene, errors: &RuntimeErrors) {
+    fn cut_out(&mut self, class: &ShapeLightClass, scene: &RenderScene, errors: &RuntimeErrors) {
         let Some((alpha, of, kernel)) = &class.alpha else { return };
         let count = self.lanes.count();
         let textures = &scene.alpha[*alpha];
@@ -263,11 +259,10 @@ impl LightMemory {
         let callee = Callee { class: name, method: Method::Lookup, errors };
         let instances = of.instances(&textures.objects, of_lanes);
         callee.call_for_first(kernel, count, instances, state, &mut block.block, random);
-        self.apply_alpha();
     }
 
     /// Loads the points of the lanes that are lit, with their normals on the side from which their rays come.
-    fn load(&mut self, batch: &ShadingBatch) {
+    fn load(&mut self, batch: &ShadingBatch, weights: Weights) {
         let LightMemory { lanes, block, .. } = self;
         let points = (QueryColumns::POINT..).zip(QueryColumns::ORIGIN..).take(3);
         let others = [QueryColumns::OFFSET, QueryColumns::TIME].map(|column| (column, column));
@@ -275,6 +270,8 @@ impl LightMemory {
             lanes.gather(batch.surfaces.column(from), block.column_mut(to));
         }
         lanes.gather(&self.probability, block.column_mut(QueryColumns::PROBABILITY));
+        let divides = if weights == Weights::Divided { 1.0 } else { 0.0 };
+        block.column_mut(QueryColumns::DIVIDES).fill(divides);
         for column in QueryColumns::GEOMETRIC_NORMAL..QueryColumns::SHADING_NORMAL + 3 {
             let normals = batch.surfaces.column(column);
             for (to, lane) in block.column_mut(column).iter_mut().zip(lanes.iter()) {
@@ -300,52 +297,6 @@ impl LightMemory {
         }
     }
 
-    /// Sets the radiance of samples that have a density; of others it is black.
-    fn set_emission(&mut self) {
-        for lane in 0..self.lanes.count() {
-            let is_usable = self.block.column(QueryColumns::DENSITY)[lane] > 0.0;
-            let emission = vector(&self.state, variables().emission_color, lane);
-            for (channel, number) in emission.into_iter().enumerate() {
-                let radiance = if is_usable { number } else { 0.0 };
-                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] = radiance;
-            }
-        }
-    }
-
-    /// Multiplies the radiance of samples by the alpha that textures have set. As for hits, NaN is opaque.
-    fn apply_alpha(&mut self) {
-        for lane in 0..self.lanes.count() {
-            let alpha = self.state.floats(variables().float_texture_value)[lane];
-            let alpha = if alpha < 1.0 { alpha.max(0.0) } else { 1.0 };
-            for channel in 0..3 {
-                self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= alpha;
-            }
-        }
-    }
-
-    /// Multiplies the radiance of samples by their weights, and densities by the probabilities of lights. Samples that no
-    /// ray finds have no density then. `weights` tells whether samples that rays find as well are weighted, too.
-    fn weigh(&mut self, found: Found, weights: Weights) {
-        for lane in 0..self.lanes.count() {
-            let is_found = match found {
-                Found::All => true,
-                Found::None => false,
-                Found::AtInfinity => {
-                    self.block.column(QueryColumns::DISTANCE)[lane] == f32::INFINITY
-                }
-            };
-            let weight = self.block.column(QueryColumns::WEIGHT)[lane];
-            if weights == Weights::Divided || !is_found {
-                for channel in 0..3 {
-                    self.block.column_mut(QueryColumns::RADIANCE + channel)[lane] *= weight;
-                }
-            }
-            let probability = self.block.column(QueryColumns::PROBABILITY)[lane];
-            let density = &mut self.block.column_mut(QueryColumns::DENSITY)[lane];
-            *density = if is_found { *density * probability } else { 0.0 };
-        }
-    }
-
     /// Stores the samples in the batch.
     fn store(&self, light: &mut LightRows) {
         let column = |column: usize| self.block.column(column);
@@ -358,12 +309,4 @@ impl LightMemory {
         self.lanes.scatter(column(QueryColumns::DISTANCE), &mut light.reach);
         self.lanes.scatter(column(QueryColumns::DENSITY), &mut light.density);
     }
-}
-
-/// The samples of a class of lights that rays find as well.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Found {
-    None,
-    AtInfinity,
-    All,
 }

@@ -103,10 +103,16 @@ impl QueryRequest {
             HostQuery::SampledPoint => {
                 link.sampled_point(&self.shapes()?, &program.method(Method::GenerateSample)?)
             }
-            HostQuery::Illumination { is_placed } => {
-                let method = program.method(Method::Illumination)?;
-                let illumination = Some(method);
-                link.illumination(&LightLink { illumination, is_placed, ..self.light() })
+            HostQuery::SampledEmission(weighing) => {
+                link.sampled_emission(&*program.method(Method::Emission)?, weighing)
+            }
+            HostQuery::SampledAlpha(weighing) => {
+                link.sampled_alpha(&*program.method(Method::Lookup)?, weighing)
+            }
+            HostQuery::Illumination { is_placed, is_weighed } => {
+                let illumination = Some(program.method(Method::Illumination)?);
+                let light = LightLink { illumination, is_placed, is_weighed, ..self.light() };
+                link.illumination(&light)
             }
             HostQuery::SkyEmission => {
                 let emission = Some(program.method(Method::Emission)?);
