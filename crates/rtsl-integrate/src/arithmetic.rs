@@ -35,6 +35,10 @@ impl Arithmetic<'_> {
         self.linker.constant(self.to, Constant::F32(value))
     }
 
+    pub fn integer(&mut self, value: i32) -> Linking<Value> {
+        self.linker.constant(self.to, Constant::I32(value))
+    }
+
     pub fn word(&mut self, value: u32) -> Linking<Value> {
         self.linker.constant(self.to, Constant::U32(value))
     }
@@ -67,10 +71,6 @@ impl Arithmetic<'_> {
 
     pub fn less(&mut self, a: Value, b: Value) -> Linking<Value> {
         self.compare(CompareOp::Less, a, b)
-    }
-
-    pub fn and(&mut self, a: Value, b: Value) -> Linking<Value> {
-        self.binary(BinaryOp::And, a, b)
     }
 
     pub fn select(&mut self, condition: Value, a: Value, b: Value) -> Linking<Value> {

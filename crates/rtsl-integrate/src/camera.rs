@@ -1,14 +1,13 @@
-//! Cameras: the sampler's numbers for a pixel's sample, its place on the screen, which `prelude/renderer/camera.rtsl`
-//! computes, `generateRay`, and the map to the world.
+//! Cameras: `generateRay`, between the functions of `prelude/renderer/camera.rtsl`.
 
 use std::sync::Arc;
 
 use rtsl_ir::{Op, Output, Scalar, StateComponent, Value, Variable, VariableKind};
 use rtsl_link::{Linked, LinkedMethod, Linker, Linking, find_override};
-use rtsl_math::sampling::{AxisTable, PixelFilter, Sampler};
+use rtsl_math::sampling::{PixelFilter, Sampler};
 use rtsl_spec::lookup_state;
 
-use crate::arithmetic::{Arithmetic, Vector};
+use crate::arithmetic::Arithmetic;
 use crate::lights::set;
 use crate::sampler::{KEY_COLUMN, SAMPLE_COLUMN};
 use crate::stage::{SurfaceLinks, TIME_COLUMN};
@@ -58,12 +57,9 @@ pub fn link_camera(name: String, links: &CameraLinks, has_footprints: bool) -> L
     let mut ops = Vec::new();
     let mut code = CameraCode { linker: &mut linker, links };
     let sample = code.sample(&mut ops)?;
-    let ray = code.ray(&sample, sample.screen, &mut ops)?;
+    let ray = code.ray(&sample, sample.places[0], &mut ops)?;
     if has_footprints {
-        let footprint = code.footprint(&sample, &ray, &mut ops)?;
-        FOOTPRINTS.into_iter().zip(footprint).for_each(|(name, value)| {
-            code.linker.set_state(name, &[value]);
-        });
+        code.add_footprint(&sample, &ray, &mut ops)?;
     }
     code.store(&sample, &ray, &mut ops)?;
     linker.out.body.ops = ops;
@@ -75,28 +71,40 @@ struct CameraCode<'a, 'l> {
     links: &'a CameraLinks,
 }
 
-/// The inputs of `generateRay`.
+/// The sample of a pixel.
 struct CameraSample {
-    index: Value,
-    screen: [Value; 2],
-    lens: [Value; 2],
-    time: Value,
+    /// Its places on the screen in the pixel, the one beside and the one above.
+    places: [[Value; 2]; 3],
     /// The width and the height of a pixel.
     pixel: [Value; 2],
-    /// The weight of the pixel filter, unless it is 1.
-    weight: Option<Value>,
+    lens: [Value; 2],
+    time: Value,
+    /// The weight of the pixel filter.
+    weight: Value,
     /// The key of the path's random sequences.
     key: Value,
 }
 
-/// The results of `generateRay`, in the camera's space.
-struct CameraRay {
-    origin: Vector,
-    direction: Vector,
-    color: Vector,
-    epsilon: Value,
-    limit: Value,
-}
+/// The state with which `generateRay` begins, besides that of the sample.
+const INITIAL: [(&str, &[f32]); 5] = [
+    ("rt_HitDistance", &[f32::INFINITY]),
+    ("rt_RayOrigin", &[0.0; 3]),
+    ("rt_RayDirection", &[0.0, 0.0, 1.0]),
+    ("rt_InverseRayDirection", &[f32::INFINITY, f32::INFINITY, 1.0]),
+    ("rt_SampleColor", &[1.0; 3]),
+];
+
+/// What `generateRay` sets, with the number of components: the fields of an `rt_CameraRay`, then the limit.
+const RESULTS: [(&str, u32); 5] = [
+    ("rt_RayOrigin", 3),
+    ("rt_RayDirection", 3),
+    ("rt_SampleColor", 3),
+    ("rt_Epsilon", 1),
+    ("rt_HitDistance", 1),
+];
+
+/// The number of scalars of an `rt_CameraRay`.
+const RAY_SCALARS: usize = 10;
 
 impl CameraCode<'_, '_> {
     fn code<'s>(&'s mut self, to: &'s mut Vec<Op>) -> Arithmetic<'s> {
@@ -106,69 +114,64 @@ impl CameraCode<'_, '_> {
     fn sample(&mut self, to: &mut Vec<Op>) -> Linking<CameraSample> {
         let CameraLinks { sampler, filter, .. } = self.links;
         let code = &mut self.code(to);
-        let [column, row] = PIXEL_COLUMNS.map(|name| code.column(name, Scalar::U32));
-        let (column, row) = (column?, row?);
-        let index = code.column(SAMPLE_COLUMN, Scalar::U32)?;
-        let [width, height] = code.size()?;
-        let before = code.multiply(row, width)?;
-        let pixel = code.add(before, column)?;
-        let [position, lens, time, key] = code.pixel_keys(sampler, pixel)?;
-        let position = code.position(sampler, position, index)?;
-        let ([x, y], weight) = code.filtered(filter, position)?;
-        let pixel = code.call("rt_pixelSize", &[width, height])?;
-        let screen = code.call("rt_screenPlace", &[column, row, width, height, x, y])?;
+        let mut operands = code.sampler(sampler)?;
+        operands.push(code.seed(sampler)?);
+        for name in PIXEL_COLUMNS {
+            operands.push(code.column(name, Scalar::U32)?);
+        }
+        let (kind, name) = (VariableKind::Member, SIZE.to_owned());
+        let size = Variable { kind, name, scalar: Scalar::U32, len: 2 };
+        operands.extend([code.load(size.clone(), 0)?, code.load(size, 1)?]);
+        operands.push(code.column(SAMPLE_COLUMN, Scalar::U32)?);
+        for axis in 0..2 {
+            operands.push(code.float(filter.tables().map_or(1.0, |it| it[axis].magnitude()))?);
+        }
+        let name = "rt_cameraSample";
+        let sample = self.linker.call_text_with(name, &operands, &filter_arrays(filter), to)?;
+        let [x, y, beside, above, width, height, lens_x, lens_y, time, weight, key] = sample[..]
+        else {
+            unreachable!("an rt_CameraSample has these scalars")
+        };
         Ok(CameraSample {
-            index,
-            screen: [screen[0], screen[1]],
-            lens: code.lens_position(sampler, lens, index)?,
-            time: code.number(sampler, time, index)?,
-            pixel: [pixel[0], pixel[1]],
+            places: [[x, y], [beside, y], [x, above]],
+            pixel: [width, height],
+            lens: [lens_x, lens_y],
+            time,
             weight,
             key,
         })
     }
 
-    /// Generates the ray of a sample through a place on the screen.
+    /// Generates the ray of a sample through a place on the screen: an `rt_CameraRay`, then the limit.
     fn ray(
         &mut self,
         sample: &CameraSample,
-        screen: [Value; 2],
+        place: [Value; 2],
         to: &mut Vec<Op>,
-    ) -> Linking<CameraRay> {
+    ) -> Linking<Vec<Value>> {
         let code = &mut self.code(to);
-        let (zero, one, far) = (code.float(0.0)?, code.float(1.0)?, code.float(f32::INFINITY)?);
-        let epsilon = code.load_member(EPSILON, Scalar::F32)?;
         let mut state = Vec::new();
+        for (name, values) in INITIAL {
+            let values = values.iter().map(|value| code.float(*value));
+            set(&mut state, name, &values.collect::<Linking<Vec<Value>>>()?);
+        }
+        let epsilon = code.load_member(EPSILON, Scalar::F32)?;
         for (name, values) in [
-            ("rt_ScreenCoord", &screen[..]),
+            ("rt_ScreenCoord", &place[..]),
             ("rt_LensCoord", &sample.lens),
             ("rt_TimeSeed", &[sample.time]),
-            ("rt_du", &[sample.pixel[0]]),
-            ("rt_dv", &[sample.pixel[1]]),
+            ("rt_du", &sample.pixel[..1]),
+            ("rt_dv", &sample.pixel[1..]),
             ("rt_Epsilon", &[epsilon]),
-            ("rt_HitDistance", &[far]),
-            ("rt_RayOrigin", &[zero; 3]),
-            ("rt_RayDirection", &[zero, zero, one]),
-            ("rt_InverseRayDirection", &[far, far, one]),
-            ("rt_SampleColor", &[one; 3]),
         ] {
             set(&mut state, name, values);
         }
         let generated = self.generate(sample, state.clone(), to)?;
         state.extend(generated);
-        let result = |name: &str, component| {
-            let wanted = StateComponent::named(name, component);
-            let value = wanted.and_then(|wanted| find_override(&state, wanted));
-            value.expect("the state has this component")
-        };
-        let vector = |name: &str| [0, 1, 2].map(|component| result(name, component));
-        Ok(CameraRay {
-            origin: vector("rt_RayOrigin"),
-            direction: vector("rt_RayDirection"),
-            color: vector("rt_SampleColor"),
-            epsilon: result("rt_Epsilon", 0),
-            limit: result("rt_HitDistance", 0),
-        })
+        let results = RESULTS.into_iter().flat_map(|(name, components)| {
+            (0..components).filter_map(move |component| StateComponent::named(name, component))
+        });
+        Ok(results.filter_map(|component| find_override(&state, component)).collect())
     }
 
     /// Copies `generateRay`, and returns the state that it sets. Each copy takes the same random numbers.
@@ -188,66 +191,48 @@ impl CameraCode<'_, '_> {
         set
     }
 
-    /// Returns the width of a ray at its origin, and its increase per unit of length: the sides of squares of the area
-    /// between the rays of the pixels beside and above, of the part of a pixel that the sample stands for.
-    fn footprint(
+    /// Stores the footprint of a ray, by the rays through the pixels beside and above.
+    fn add_footprint(
         &mut self,
         sample: &CameraSample,
-        ray: &CameraRay,
+        ray: &[Value],
         to: &mut Vec<Op>,
-    ) -> Linking<[Value; 2]> {
-        let ends = self.ends(ray, to)?;
-        let mut others = Vec::new();
-        for axis in 0..2 {
-            let mut screen = sample.screen;
-            screen[axis] = self.code(to).add(screen[axis], sample.pixel[axis])?;
-            let other = self.ray(sample, screen, to)?;
-            others.push(self.ends(&other, to)?);
+    ) -> Linking<()> {
+        let [_, beside, above] = sample.places;
+        let others = [self.ray(sample, beside, to)?, self.ray(sample, above, to)?];
+        let sampler = self.links.sampler;
+        let code = &mut self.code(to);
+        let mut operands = code.sampler(&sampler)?;
+        operands.push(code.column(SAMPLE_COLUMN, Scalar::U32)?);
+        for ray in [ray, &others[0], &others[1]] {
+            operands.extend(&ray[..RAY_SCALARS]);
         }
-        let links = self.links;
-        let code = &mut self.code(to);
-        let part = code.part_of_pixel(&links.sampler, sample.index)?;
-        let mut side = |end: usize| {
-            let points = [ends[end], others[0][end], others[1][end]];
-            let operands = [points.as_flattened(), &[part]].concat();
-            Ok(code.call("rt_footprintSide", &operands)?[0])
-        };
-        Ok([side(0)?, side(1)?])
-    }
-
-    /// The origin of a ray, and its direction at unit length.
-    fn ends(&mut self, ray: &CameraRay, to: &mut Vec<Op>) -> Linking<[Vector; 2]> {
-        let code = &mut self.code(to);
-        let up = code.vector([0.0, 0.0, 1.0])?;
-        Ok([ray.origin, code.normalized_or(ray.direction, up)?])
+        let footprint = code.call("rt_footprint", &operands)?;
+        for (name, value) in FOOTPRINTS.into_iter().zip(footprint) {
+            self.linker.set_state(name, &[value]);
+        }
+        Ok(())
     }
 
     /// Stores a ray in the world.
-    fn store(&mut self, sample: &CameraSample, ray: &CameraRay, to: &mut Vec<Op>) -> Linking<()> {
+    fn store(&mut self, sample: &CameraSample, ray: &[Value], to: &mut Vec<Op>) -> Linking<()> {
         let code = &mut self.code(to);
-        let map = code.map(MAP)?;
-        let origin = code.transformed_point(&map, ray.origin)?;
-        let direction = code.transformed_vector(&map, ray.direction)?;
-        // Hits behind the origin never count.
-        let zero = code.float(0.0)?;
-        let epsilon = code.larger(ray.epsilon, zero)?;
-        let weights = match sample.weight {
-            Some(weight) => code.scaled(ray.color, weight)?,
-            None => ray.color,
-        };
+        let (ray, limit) = ray.split_at(RAY_SCALARS);
+        let operands = [code.map(MAP)?.as_flattened(), ray, &[sample.weight]].concat();
+        let world = code.call("rt_cameraRayInWorld", &operands)?;
         for (name, values) in [
-            ("rt_RayOrigin", &origin[..]),
-            ("rt_RayDirection", &direction),
-            ("rt_Epsilon", &[epsilon]),
-            ("rt_HitDistance", &[ray.limit]),
+            ("rt_RayOrigin", &world[..3]),
+            ("rt_RayDirection", &world[3..6]),
+            ("rt_Epsilon", &world[9..]),
+            ("rt_HitDistance", limit),
             ("rt_TimeSeed", &[sample.time]),
         ] {
             self.linker.set_state(name, values);
         }
         self.linker.set_column(TIME_COLUMN.to_owned(), sample.time);
         self.linker.set_column(KEY_COLUMN.to_owned(), sample.key);
-        for (name, weight) in WEIGHT_COLUMNS.into_iter().zip(weights) {
-            self.linker.set_column(name.to_owned(), weight);
+        for (name, weight) in WEIGHT_COLUMNS.into_iter().zip(&world[6..9]) {
+            self.linker.set_column(name.to_owned(), *weight);
         }
         Ok(())
     }
@@ -269,52 +254,18 @@ impl StageLinker {
     }
 }
 
-impl Arithmetic<'_> {
-    /// The width and the height of the image.
-    fn size(&mut self) -> Linking<[Value; 2]> {
-        let (kind, name) = (VariableKind::Member, SIZE.to_owned());
-        let size = Variable { kind, name, scalar: Scalar::U32, len: 2 };
-        Ok([self.load(size.clone(), 0)?, self.load(size, 1)?])
-    }
-
-    /// The place of a sample relative to its pixel's corner, and its weight, as [`PixelFilter::sample`].
-    fn filtered(
-        &mut self,
-        filter: &PixelFilter,
-        point: [Value; 2],
-    ) -> Linking<([Value; 2], Option<Value>)> {
-        let Some(tables) = filter.tables() else { return Ok((point, None)) };
-        let mut places = point;
-        let mut weight = None;
-        for (axis, table) in tables.iter().enumerate() {
-            let [distances, changes] = axis_tables(axis, table);
-            let own = match changes.len {
-                0 => self.float(table.magnitude())?,
-                _ => {
-                    let cells = self.integer(distances.len as i32 - 1)?;
-                    let operands = [cells, self.float(table.magnitude())?, point[axis]];
-                    let name = "rt_filterWeight";
-                    self.linker.call_text_with(name, &operands, &[changes], self.to)?[0]
-                }
-            };
-            weight = Some(match weight {
-                Some(other) => self.multiply(other, own)?,
-                None => own,
-            });
-            let (name, arrays) = ("rt_filteredPlace", [distances]);
-            places[axis] = self.linker.call_text_with(name, &[point[axis]], &arrays, self.to)?[0];
-        }
-        Ok((places, weight))
-    }
-}
-
-/// The members with the table of an axis: the distances, and the places at which the sign of weights changes.
-fn axis_tables(axis: usize, table: &AxisTable) -> [Variable; 2] {
-    let member = |(name, len): (&str, usize)| {
-        let (kind, scalar) = (VariableKind::Member, Scalar::F32);
-        Variable { kind, name: name.to_owned(), scalar, len: len as u32 }
-    };
-    let lens = [table.distances().len(), table.sign_changes().len()];
-    let [distances, changes] = [0, 1].map(|part: usize| (FILTER[part][axis], lens[part]));
-    [member(distances), member(changes)]
+/// The members with the tables of a filter: the distances along both axes, then the places at which the sign of weights
+/// changes. They are empty without tables.
+fn filter_arrays(filter: &PixelFilter) -> [Variable; 4] {
+    let lens = filter.tables().map(|tables| {
+        let lens = tables.each_ref().map(|it| [it.distances().len(), it.sign_changes().len()]);
+        [lens[0][0], lens[1][0], lens[0][1], lens[1][1]]
+    });
+    let lens = lens.unwrap_or_default();
+    std::array::from_fn(|index| Variable {
+        kind: VariableKind::Member,
+        name: FILTER.as_flattened()[index].to_owned(),
+        scalar: Scalar::F32,
+        len: lens[index] as u32,
+    })
 }

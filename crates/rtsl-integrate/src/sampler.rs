@@ -26,6 +26,20 @@ impl Arithmetic<'_> {
         self.linker.call_text(name, operands, self.to)
     }
 
+    /// Adds the constants of a sampler: an `rt_Sampler`.
+    pub fn sampler(&mut self, sampler: &Sampler) -> Linking<Vec<Value>> {
+        let Sampler { kind, columns, rows, seed: _ } = *sampler;
+        let is_jittered = kind != SamplerKind::Stratified { jitter: false };
+        let words = [kind_number(kind), columns, rows].map(Constant::U32);
+        let constants = words.into_iter().chain([Constant::Bool(is_jittered)]);
+        constants.map(|constant| self.linker.constant(self.to, constant)).collect()
+    }
+
+    /// Adds the constant that selects the numbers of an image.
+    pub fn seed(&mut self, sampler: &Sampler) -> Linking<Value> {
+        self.word(hash((sampler.seed >> 32) as u32, sampler.seed as u32))
+    }
+
     /// Calls a function whose first parameter is the sampler.
     fn call_sampler(
         &mut self,
@@ -33,19 +47,8 @@ impl Arithmetic<'_> {
         sampler: &Sampler,
         operands: &[Value],
     ) -> Linking<Vec<Value>> {
-        let Sampler { kind, columns, rows, seed: _ } = *sampler;
-        let is_jittered = kind != SamplerKind::Stratified { jitter: false };
-        let mut all = Vec::new();
-        for constant in [
-            Constant::U32(kind_number(kind)),
-            Constant::U32(columns),
-            Constant::U32(rows),
-            Constant::Bool(is_jittered),
-        ] {
-            all.push(self.linker.constant(self.to, constant)?);
-        }
-        all.extend(operands);
-        self.call(name, &all)
+        let operands = [&self.sampler(sampler)?, operands].concat();
+        self.call(name, &operands)
     }
 
     /// Returns the numbers that a query for dimensions gets.
@@ -76,45 +79,6 @@ impl Arithmetic<'_> {
     ) -> Linking<Value> {
         let operands = [key, dimension, sample];
         Ok(self.call_sampler("rt_numberOfStream", sampler, &operands)?[0])
-    }
-
-    /// Returns the time of a sample; `key` is that of a pixel's times.
-    pub fn number(&mut self, sampler: &Sampler, key: Value, sample: Value) -> Linking<Value> {
-        Ok(self.call_sampler("rt_number", sampler, &[key, sample])?[0])
-    }
-
-    /// Returns the position of a sample in its pixel.
-    pub fn position(
-        &mut self,
-        sampler: &Sampler,
-        key: Value,
-        sample: Value,
-    ) -> Linking<[Value; 2]> {
-        let position = self.call_sampler("rt_pixelPosition", sampler, &[key, sample])?;
-        Ok([position[0], position[1]])
-    }
-
-    /// Returns the position of a sample on the lens.
-    pub fn lens_position(
-        &mut self,
-        sampler: &Sampler,
-        key: Value,
-        sample: Value,
-    ) -> Linking<[Value; 2]> {
-        let position = self.call_sampler("rt_lensPosition", sampler, &[key, sample])?;
-        Ok([position[0], position[1]])
-    }
-
-    /// Returns the keys of a pixel's positions, lens positions, times and sequences.
-    pub fn pixel_keys(&mut self, sampler: &Sampler, pixel: Value) -> Linking<[Value; 4]> {
-        let seed = self.word(hash((sampler.seed >> 32) as u32, sampler.seed as u32))?;
-        let keys = self.call("rt_pixelKeys", &[seed, pixel])?;
-        Ok([keys[0], keys[1], keys[2], keys[3]])
-    }
-
-    /// Returns the fraction of a pixel's side that a sample stands for.
-    pub fn part_of_pixel(&mut self, sampler: &Sampler, sample: Value) -> Linking<Value> {
-        Ok(self.call_sampler("rt_partOfPixel", sampler, &[sample])?[0])
     }
 
     /// Returns the hash of a word and a constant.
@@ -175,9 +139,9 @@ mod tests {
         yields.extend(code.numbers(sampler, Query::SamplePair, dimension).unwrap());
         let [key, sample] =
             [KEY_COLUMN, SAMPLE_COLUMN].map(|name| code.column(name, Scalar::U32).unwrap());
-        yields.extend(code.position(sampler, key, sample).unwrap());
-        yields.extend(code.lens_position(sampler, key, sample).unwrap());
-        yields.push(code.number(sampler, key, sample).unwrap());
+        yields.extend(code.call_sampler("rt_pixelPosition", sampler, &[key, sample]).unwrap());
+        yields.extend(code.call_sampler("rt_lensPosition", sampler, &[key, sample]).unwrap());
+        yields.extend(code.call_sampler("rt_number", sampler, &[key, sample]).unwrap());
         let outputs = results.map(|variable| Output { variable, component: 0 });
         linker.out.outputs.extend(outputs);
         linker.out.body = Region { ops, yields, ..Region::default() };

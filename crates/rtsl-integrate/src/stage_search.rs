@@ -6,8 +6,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, Variable,
-    VariableKind,
+    BinaryOp, CompareOp, Constant, Index, Op, OpKind, Region, Scalar, Value, Variable, VariableKind,
 };
 use rtsl_link::{Linker, Linking};
 use rtsl_stages::Port;
@@ -15,13 +14,21 @@ use rtsl_stages::Port;
 use crate::arithmetic::Arithmetic;
 use crate::contribution::CONTRIBUTION_SCALARS;
 use crate::next_stages::NextStages;
-use crate::search::{Search, SearchCode, SearchLinks, SearchOperands};
+use crate::search::{Search, SearchCode, SearchLinks};
 use crate::stage_linker::StageLinker;
 
 /// The scratch arrays with the sum of the contributions to a path that nothing blocked.
 pub const LIT_COLUMNS: [&str; 3] = ["path.lit.red", "path.lit.green", "path.lit.blue"];
 /// The scratch array with the number of the contributions to a path for which stages searched.
 pub const SHADOW_RAYS_COLUMN: &str = "path.shadow_rays";
+
+/// The scratch arrays with what a path has received: an `rt_ReceivedLight`.
+const RECEIVED: [(&str, Scalar); 4] = [
+    (LIT_COLUMNS[0], Scalar::F32),
+    (LIT_COLUMNS[1], Scalar::F32),
+    (LIT_COLUMNS[2], Scalar::F32),
+    (SHADOW_RAYS_COLUMN, Scalar::U32),
+];
 
 /// The searches of stages.
 #[derive(Debug)]
@@ -55,16 +62,12 @@ impl StageLinker {
             let kind = OpKind::Load(local, Index::Constant(index));
             kept.push(self.emit(to, kind, &[Scalar::F32], false)?.get(0));
         }
-        let shadow = self.shadow(links, &kept, to)?;
+        let operands = self.light_and_shadow(links, &kept, to)?;
         let code = &mut Arithmetic { linker: &mut *self, to: &mut *to };
-        let mut sums = Vec::new();
-        for (column, color) in LIT_COLUMNS.into_iter().zip(shadow.color) {
-            let before = code.column(column, Scalar::F32)?;
-            sums.push((column, code.add_if(shadow.is_added, before, color)?));
-        }
-        let (before, one) = (code.column(SHADOW_RAYS_COLUMN, Scalar::U32)?, code.word(1)?);
-        sums.push((SHADOW_RAYS_COLUMN, code.add_if(shadow.is_lit, before, one)?));
-        for (column, sum) in sums {
+        let before = RECEIVED.map(|(column, scalar)| code.column(column, scalar));
+        let before = before.into_iter().collect::<Linking<Vec<Value>>>()?;
+        let received = code.call("rt_receivedLight", &[before, operands].concat())?;
+        for ((column, _), sum) in RECEIVED.into_iter().zip(received) {
             self.set_column(column.to_owned(), sum);
         }
         Ok(())
@@ -77,40 +80,32 @@ impl StageLinker {
         contribution: &[Value],
         to: &mut Vec<Op>,
     ) -> Linking<()> {
-        let shadow = self.shadow(links, contribution, to)?;
-        let sums = LIT_COLUMNS.map(|column| self.passed_value(column, Scalar::F32));
-        let shadow_rays = self.passed_value(SHADOW_RAYS_COLUMN, Scalar::U32);
+        let operands = self.light_and_shadow(links, contribution, to)?;
+        let sums = RECEIVED.map(|(column, scalar)| self.passed_value(column, scalar));
         let code = &mut Arithmetic { linker: self, to };
-        for (sum, color) in sums.into_iter().zip(shadow.color) {
-            let before = code.load_local(sum)?;
-            let after = code.add_if(shadow.is_added, before, color)?;
-            code.store_local(sum, after)?;
-        }
-        let (before, one) = (code.load_local(shadow_rays)?, code.word(1)?);
-        let after = code.add_if(shadow.is_lit, before, one)?;
-        code.store_local(shadow_rays, after)
+        let before = sums.iter().map(|sum| code.load_local(*sum));
+        let before = before.collect::<Linking<Vec<Value>>>()?;
+        let received = code.call("rt_receivedLight", &[before, operands].concat())?;
+        sums.into_iter().zip(received).try_for_each(|(sum, value)| code.store_local(sum, value))
     }
 
-    /// Searches for what blocks a contribution.
-    fn shadow(
+    /// Searches for what blocks a contribution. Returns its light, whether there is any, so that its ray was traced, and
+    /// whether anything blocks it.
+    fn light_and_shadow(
         &mut self,
         links: &SearchLinks,
         contribution: &[Value],
         to: &mut Vec<Op>,
-    ) -> Linking<Shadow> {
-        let (ray, color) =
-            contribution.split_last_chunk().expect("a contribution ends with its colour");
-        let operands = SearchOperands::of(ray).expect("it begins with a shadow ray");
-        let is_lit = Arithmetic { linker: self, to }.is_any_nonzero(*color)?;
+    ) -> Linking<Vec<Value>> {
+        let (ray, light) = contribution.split_at(contribution.len() - 3);
+        let is_lit = self.call_text("rt_isLit", light, to)?[0];
         let blocked = |linker: &mut StageLinker, to: &mut Vec<Op>| {
-            let mut code = SearchCode { linker, links, search: Search::Any };
-            let hit = code.find(operands, to)?;
-            Ok(vec![code.is_found(hit, to)?])
+            let code = SearchCode { links, search: Search::Any };
+            let hit = code.find(linker, ray, to)?;
+            Ok(vec![Arithmetic { linker, to }.is_found(hit)?])
         };
         let is_blocked = self.only_if(is_lit, to, blocked)?[0];
-        let code = &mut Arithmetic { linker: self, to };
-        let is_free = code.unary(UnaryOp::Not, is_blocked)?;
-        Ok(Shadow { color: *color, is_lit, is_added: code.and(is_lit, is_free)? })
+        Ok([light, &[is_lit, is_blocked]].concat())
     }
 
     /// Finds the nearest hits for paths whose next stage is among these.
@@ -122,15 +117,14 @@ impl StageLinker {
     ) -> Linking<()> {
         let Some(next) = self.stored(Port::Next) else { return Ok(()) };
         let ports = Search::Nearest.event().request().iter();
-        let operands: Vec<Value> =
+        let request: Vec<Value> =
             ports.filter_map(|port| self.stored(Port::Request(*port))).collect();
-        let operands = SearchOperands::of(&operands).expect("a stage stores whole requests");
         let searches = Arithmetic { linker: self, to }.is_one_of(next, resumed)?;
         let mut names = Vec::new();
         let answers = |linker: &mut StageLinker, to: &mut Vec<Op>| {
-            let mut code = SearchCode { linker, links, search: Search::Nearest };
-            let nearest = code.find(operands, to)?;
-            let (found, answers) = code.answers(nearest, to)?.into_iter().unzip();
+            let code = SearchCode { links, search: Search::Nearest };
+            let nearest = code.find(linker, &request, to)?;
+            let (found, answers) = code.answers(linker, nearest, to)?.into_iter().unzip();
             names = found;
             Ok(answers)
         };
@@ -138,8 +132,8 @@ impl StageLinker {
         for (name, answer) in names.into_iter().zip(answers) {
             self.set_column(name, answer);
         }
-        let mut code = SearchCode { linker: &mut *self, links, search: Search::Nearest };
-        for (name, count) in code.counts(to)? {
+        let counts = Arithmetic { linker: &mut *self, to: &mut *to }.counts()?;
+        for (name, count) in counts {
             self.replace_column(&name, searches, count, to)?;
         }
         Ok(())
@@ -205,36 +199,10 @@ impl StageLinker {
     }
 }
 
-/// The result of the search for what blocks a contribution.
-struct Shadow {
-    color: [Value; 3],
-    /// True if there is light, so that its ray was traced.
-    is_lit: Value,
-    /// True if nothing blocks the light.
-    is_added: Value,
-}
-
 impl Arithmetic<'_> {
-    /// Returns a sum where a condition holds, elsewhere its first operand.
-    fn add_if(&mut self, condition: Value, before: Value, number: Value) -> Linking<Value> {
-        let sum = self.add(before, number)?;
-        self.select(condition, sum, before)
-    }
-
-    /// True if any of these numbers is not 0.
-    fn is_any_nonzero(&mut self, numbers: [Value; 3]) -> Linking<Value> {
-        let zero = self.float(0.0)?;
-        let mut is_any = self.linker.constant(self.to, Constant::Bool(false))?;
-        for number in numbers {
-            let is_nonzero = self.compare(CompareOp::NotEqual, number, zero)?;
-            is_any = self.binary(BinaryOp::Or, is_any, is_nonzero)?;
-        }
-        Ok(is_any)
-    }
-
     /// True if a value is one of these.
     fn is_one_of(&mut self, value: Value, integers: &[i32]) -> Linking<Value> {
-        let mut is_any = self.linker.constant(self.to, Constant::Bool(false))?;
+        let mut is_any = self.boolean(false)?;
         for integer in integers {
             let integer = self.integer(*integer)?;
             let is_equal = self.compare(CompareOp::Equal, value, integer)?;
