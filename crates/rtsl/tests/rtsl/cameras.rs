@@ -6,7 +6,7 @@ use rtsl::{
     Backend, CallArguments, CameraProgram, CameraView, Compiler, Engine, EngineOptions, Instance,
     Instances, LaneBlock, lookup_state, new_state,
 };
-use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind, hash};
+use rtsl_math::sampling::{AxisTable, FilterShape, PixelFilter, Sampler, SamplerKind, hash};
 
 /// Neither a multiple of a width nor less than any.
 const COUNT: usize = 37;
@@ -138,50 +138,36 @@ fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
     .assert_eq(&all);
 }
 
-/// Returns the places in a pixel, along x, and the weights of samples.
-fn filtered(sampler: Sampler, filter: &PixelFilter) -> (Vec<f32>, Vec<f32>) {
-    let count = sampler.samples_per_pixel() as usize;
-    let wanted = CameraRays { text: PROBE, sampler, filter, size: [1; 2], count };
-    let columns = rays(EngineOptions::default(), wanted);
-    let [places, weights] =
-        [0, 8].map(|column| columns[column].iter().copied().map(f32::from_bits).collect());
-    (places, weights)
-}
-
-/// A sample of each cell of a filter's table, on each side, lies in the middle of its distances.
+/// Samples lie in cells of the tables of a filter, uniformly within each.
 #[test]
 fn filters_have_places_in_the_cells_of_their_tables() {
-    for filter in &filters()[1..] {
-        let [x, y] = filter.tables().expect("they change places");
-        let cells = x.distances().len() - 1;
-        let kind = SamplerKind::Stratified { jitter: false };
-        let sampler = Sampler { kind, columns: 2 * cells as u32, rows: 1, seed: 0 };
-        let (places, weights) = filtered(sampler, filter);
-        for (sample, (place, weight)) in places.into_iter().zip(weights).enumerate() {
-            let cell = if sample < cells { cells - 1 - sample } else { sample - cells };
-            let [near, far] = [cell, cell + 1].map(|it| x.distances()[it]);
-            let distance = near + 0.5 * (far - near);
-            let expected = if sample < cells { 0.5 - distance } else { 0.5 + distance };
-            assert_eq!(place, expected, "{filter:?}, {sample}");
-            let changes = x.sign_changes().iter().filter(|it| cell as f32 + 0.5 > **it).count();
-            let sign = if changes % 2 == 0 { 1.0 } else { -1.0 };
-            assert_eq!(weight, sign * x.magnitude() * y.magnitude(), "{filter:?}, {sample}");
-        }
-    }
-}
-
-#[test]
-fn places_of_filters_grow_with_numbers_and_keep_within_the_radius() {
     let sampler = Sampler { kind: SamplerKind::Independent, columns: 64, rows: 64, seed: 3 };
-    let (numbers, weights) = filtered(sampler, &PixelFilter::default());
-    assert!(weights.iter().all(|weight| *weight == 1.0));
+    let samples = |filter: &PixelFilter| {
+        let wanted = CameraRays { text: PROBE, sampler, filter, size: [1; 2], count: 4096 };
+        let columns = rays(EngineOptions::default(), wanted);
+        [0, 1, 8].map(|it| columns[it].iter().copied().map(f32::from_bits).collect::<Vec<f32>>())
+    };
+    let [x, y, _] = samples(&PixelFilter::default());
     for filter in &filters()[1..] {
-        let (places, _) = filtered(sampler, filter);
-        let mut both: Vec<(f32, f32)> = numbers.iter().copied().zip(places).collect();
-        both.sort_by(|one, other| one.0.total_cmp(&other.0));
-        assert!(both.is_sorted_by(|one, other| one.1 <= other.1), "{filter:?}");
-        let radius = filter.radius()[0] as f32;
-        assert!(both.iter().all(|(_, place)| (place - 0.5).abs() <= radius), "{filter:?}");
+        let tables = filter.tables().expect("they change places");
+        let found = samples(filter);
+        for lane in 0..4096 {
+            // Rows count from the top.
+            let place = |number: f32, table: &AxisTable| {
+                let side = 2.0 * number - 1.0;
+                let scaled = side.abs() * (table.distances().len() - 1) as f32;
+                let cell = scaled as usize;
+                let [near, far] = [cell, cell + 1].map(|it| table.distances()[it]);
+                let distance = near + (scaled - cell as f32) * (far - near);
+                let changes = table.sign_changes().iter().filter(|it| scaled > **it).count();
+                let sign = if changes % 2 == 0 { 1.0 } else { -1.0 };
+                (0.5 + distance.copysign(side), sign * table.magnitude())
+            };
+            let (x, along_x) = place(x[lane], &tables[0]);
+            let (y, along_y) = place(1.0 - y[lane], &tables[1]);
+            let expected = [x, 1.0 - y, along_x * along_y];
+            assert_eq!(found.each_ref().map(|it| it[lane]), expected, "{filter:?}, {lane}");
+        }
     }
 }
 
