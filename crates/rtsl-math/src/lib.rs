@@ -1,5 +1,5 @@
 //! Arithmetic with the same bits on every machine: only `+ - * /` and square roots, in a fixed order, without the
-//! platform's trigonometry or powers. [`sampling`] contains random sequences and pixel filters.
+//! platform's trigonometry or powers. [`sampling`] contains samplers, hashes and pixel filters.
 
 mod exponential;
 mod moving_transform;

@@ -63,6 +63,7 @@ pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
 pub use engine::light_selector::LightSelector;
 pub use engine::renderer_function::RendererFunction;
+pub use engine::sampler_numbers::SamplerNumbers;
 pub use engine::specialised::SpecialisedKernel;
 pub use engine::stage_kernels::{
     EarlierKernels, PreparedOperand, PreparedSurface, ReadResults, StageKernel, StageKernels,

@@ -4,7 +4,7 @@
 //!
 //! All filters are products of an even function of x and one of y. A table inverts the integral of each function's
 //! magnitude; it is computed by additions, multiplications and divisions of binary64 alone, so that it has the same
-//! bits everywhere.
+//! bits everywhere. `rt_filteredPlace` and `rt_filterWeight` of `prelude/renderer/camera.rtsl` read it.
 
 use std::sync::Arc;
 
@@ -70,21 +70,6 @@ impl PixelFilter {
     /// Returns the tables for x and y; `None` if positions are the points themselves.
     pub fn tables(&self) -> Option<&[AxisTable; 2]> {
         self.tables.as_deref()
-    }
-
-    /// Maps a point of [0,1)^2 to the position of a sample and its weight.
-    ///
-    /// The position is relative to the pixel's corner, so that the pixel itself is [0,1)^2. Weights are 1 on average,
-    /// so the mean of radiance times weight is the filtered radiance; weights differ from 1 only for filters with
-    /// negative lobes.
-    #[inline(always)]
-    pub fn sample(&self, point: [f32; 2]) -> ([f32; 2], f32) {
-        let Some(tables) = &self.tables else {
-            return (point, 1.0);
-        };
-        let (x, weight_x) = tables[0].sample(point[0]);
-        let (y, weight_y) = tables[1].sample(point[1]);
-        ([0.5 + x, 0.5 + y], weight_x * weight_y)
     }
 }
 
@@ -155,38 +140,6 @@ impl AxisTable {
     pub fn magnitude(&self) -> f32 {
         self.magnitude
     }
-
-    /// Maps a number in [0,1) to a signed distance from the center and its weight.
-    #[inline(always)]
-    fn sample(&self, number: f32) -> (f32, f32) {
-        (self.position(number), self.weight(number))
-    }
-
-    /// Maps a number in [0,1) to a signed distance from the center.
-    #[inline(always)]
-    fn position(&self, number: f32) -> f32 {
-        let (side, scaled) = side_and_place(number);
-        let cell = (scaled as i32 as usize).min(CELLS - 1);
-        let (near, far) = (self.distances[cell], self.distances[cell + 1]);
-        let distance = near + (scaled - cell as i32 as f32) * (far - near);
-        distance.copysign(side)
-    }
-
-    /// Maps a number in [0,1) to the weight of its sample.
-    #[inline(always)]
-    fn weight(&self, number: f32) -> f32 {
-        let (_, scaled) = side_and_place(number);
-        let changes = self.sign_changes.iter().filter(|change| scaled > **change).count();
-        if changes.is_multiple_of(2) { self.magnitude } else { -self.magnitude }
-    }
-}
-
-/// Returns the signed distance of a number in [0,1) from the middle, and the place of its magnitude in the cells of a
-/// table. The mapping is exact, so stratified numbers give stratified positions.
-#[inline(always)]
-fn side_and_place(number: f32) -> (f32, f32) {
-    let side = 2.0 * number - 1.0;
-    (side, side.abs() * CELLS as f32)
 }
 
 /// The value of a filter, up to a constant factor, at a distance from the center not greater than the radius.
@@ -229,8 +182,6 @@ fn sinc(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
 
     const SHAPES: [FilterShape; 8] = [
@@ -246,38 +197,41 @@ mod tests {
 
     #[test]
     fn the_mean_over_the_pixel_leaves_numbers_alone() {
-        let point = [0.1, 0.999_999_94];
-        assert_eq!(PixelFilter::default().sample(point), (point, 1.0));
+        assert_eq!(PixelFilter::default().tables(), None);
         assert_eq!(PixelFilter::new(FilterShape::Box, [0.5; 2]), PixelFilter::default());
     }
 
+    /// Each cell has the same share of the magnitude's integral, and the sign of the filter there.
     #[test]
-    fn weighted_places_are_distributed_as_the_filter() {
-        const POINTS: usize = 1 << 16;
-        const BINS: usize = 40;
+    fn cells_are_distributed_as_the_filter() {
+        const PARTS: u32 = 64;
+        let radius = 1.75;
         for shape in SHAPES {
-            let radius = 1.75;
-            let filter = PixelFilter::new(shape, [radius, 1.0]);
-            let mut bins = [0.0; BINS];
-            for index in 0..POINTS {
-                // The center along y, where the weight is that of the whole positive part.
-                let ([x, _], weight) = filter.sample([(index as f32 + 0.5) / POINTS as f32, 0.5]);
-                let bin = ((f64::from(x) - 0.5 + radius) / (2.0 * radius) * BINS as f64) as usize;
-                bins[bin.min(BINS - 1)] += f64::from(weight) / POINTS as f64;
-            }
-            let along_y = f64::from(filter.sample([0.5, 0.5]).1)
-                / f64::from(AxisTable::new(shape, radius).magnitude);
-            let exact = |bin: usize| {
-                let mean = (0..100).map(|step| {
-                    let x = (bin as f64 + (f64::from(step) + 0.5) / 100.0) / BINS as f64;
-                    value(shape, radius, ((2.0 * x - 1.0) * radius).abs())
-                });
-                mean.sum::<f64>() / 100.0
+            let table = AxisTable::new(shape, radius);
+            let mean = |from: f64, to: f64| {
+                let place =
+                    |part: u32| from + (f64::from(part) + 0.5) / f64::from(PARTS) * (to - from);
+                let values = (0..PARTS).map(|part| value(shape, radius, place(part)).abs());
+                values.sum::<f64>() / f64::from(PARTS)
             };
-            let whole: f64 = (0..BINS).map(exact).sum();
-            for (bin, found) in bins.into_iter().enumerate() {
-                let expected = exact(bin) / whole * along_y;
-                assert!((found - expected).abs() < 1.5e-3, "{shape:?}, {bin}: {found}, {expected}");
+            let cells: Vec<[f64; 2]> =
+                table.distances.windows(2).map(|it| [it[0].into(), it[1].into()]).collect();
+            let shares: Vec<f64> =
+                cells.iter().map(|[from, to]| mean(*from, *to) * (to - from)).collect();
+            let whole: f64 = shares.iter().sum();
+            for (cell, share) in shares.iter().enumerate() {
+                let error = (share / whole * CELLS as f64 - 1.0).abs();
+                assert!(error < 0.02, "{shape:?}, {cell}: {error}");
+            }
+            let sign_of = |cell: usize| {
+                let changes = table.sign_changes.iter();
+                changes.filter(|change| cell as f32 + 0.5 > **change).count() % 2 == 1
+            };
+            for (cell, [from, to]) in cells.iter().enumerate() {
+                let is_changing =
+                    table.sign_changes.iter().any(|it| (it - cell as f32 - 0.5).abs() < 1.0);
+                let is_negative = value(shape, radius, 0.5 * (from + to)) < 0.0;
+                assert!(is_changing || is_negative == sign_of(cell), "{shape:?}, {cell}");
             }
         }
     }
@@ -300,10 +254,8 @@ mod tests {
                 FilterShape::Sinc { .. } => true,
                 _ => false,
             };
-            let weights = (0..1000).map(|index| table.sample(index as f32 / 1000.0).1);
-            let weights: Vec<f32> = weights.collect();
-            assert_eq!(weights.iter().any(|weight| *weight < 0.0), has_negative, "{shape:?}");
-            assert_eq!(weights.iter().any(|weight| *weight != 1.0), has_negative, "{shape:?}");
+            assert_eq!(!table.sign_changes.is_empty(), has_negative, "{shape:?}");
+            assert_eq!(table.magnitude != 1.0, has_negative, "{shape:?}");
         }
     }
 
@@ -322,19 +274,14 @@ mod tests {
         .assert_eq(&format!("{:08x?}", SHAPES.map(digest)));
     }
 
-    proptest! {
-        #[test]
-        fn places_grow_with_numbers_and_keep_within_the_radius(
-            which in 0..SHAPES.len(),
-            radius in 0.1_f64..8.0,
-            numbers in any::<[u32; 2]>(),
-        ) {
-            let table = AxisTable::new(SHAPES[which], radius);
-            let mut numbers = numbers.map(crate::sampling::unit_float);
-            numbers.sort_by(f32::total_cmp);
-            let [low, high] = numbers.map(|number| table.sample(number).0);
-            prop_assert!(low <= high);
-            prop_assert!(low >= -radius as f32 && high <= radius as f32);
+    #[test]
+    fn distances_grow_to_the_radius() {
+        for shape in SHAPES {
+            for radius in [0.1, 0.5, 1.75, 8.0] {
+                let distances = AxisTable::new(shape, radius).distances;
+                assert!(distances.is_sorted(), "{shape:?}, {radius}");
+                assert_eq!([distances[0], distances[CELLS]], [0.0, radius as f32], "{shape:?}");
+            }
         }
     }
 }

@@ -1,10 +1,9 @@
-//! Counter-based numbers in [0,1): pixel, sample, stream and dimension determine the number, independent of the order
-//! of rays, of packets and of threads.
+//! The settings of samplers, hashes for keys of sequences, and tables of pixel filters. What they mean is text,
+//! `prelude/renderer/sampler.rtsl` and `camera.rtsl`, which stages and hosts share.
 
 mod filter;
 mod hash;
 mod sampler;
-mod sobol;
 
 /// Selects, among the sequences of a path, that of single dimensions of an integrator.
 pub const NUMBERS_OF_SINGLES: u32 = 0x201;
@@ -25,5 +24,5 @@ pub const NUMBERS_OF_LIGHTS: u32 = 0x101;
 pub const NUMBERS_OF_SHAPES: u32 = 0x102;
 
 pub use filter::{AxisTable, FilterShape, PixelFilter};
-pub use hash::{hash, permute, unit_float};
-pub use sampler::{PixelKeys, Sampler, SamplerKind, child_key};
+pub use hash::{hash, unit_float};
+pub use sampler::{Sampler, SamplerKind, child_key};

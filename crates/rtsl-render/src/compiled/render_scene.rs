@@ -1,10 +1,10 @@
 //! A scene for path tracing: surface groups and lights.
 
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use rtsl::{Diagnostics, Engine, Query};
+use rtsl::{Diagnostics, Engine, Query, SamplerNumbers};
 
 use super::CompiledScene;
 use super::group_plan::Classes;
@@ -46,6 +46,8 @@ pub struct RenderScene {
     pub(crate) alpha: InstanceClasses,
     /// The lights.
     pub(crate) lights: Lights,
+    /// The numbers of the sampler, for what hosts compute.
+    pub(crate) numbers: Arc<SamplerNumbers>,
     /// The integrator.
     pub(crate) integrator: Integrator,
     /// The camera, once the stages that follow its rays are compiled.

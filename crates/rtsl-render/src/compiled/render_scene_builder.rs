@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rtsl::{
     CameraProgram, Diagnostic, Diagnostics, Engine, Messages, ParameterValues, ReadResults,
-    SourceMap, diagnostic_codes as codes,
+    SamplerNumbers, SourceMap, diagnostic_codes as codes,
 };
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_image::Aov;
@@ -130,6 +130,8 @@ impl<'a> RenderSceneBuilder<'a> {
             let make = |class: &ObjectClass| class.make_all(has_streams);
             on_all_processors(|| compiled.classes.par_iter().for_each(make));
         }
+        let sampler = compiled.settings.sampler;
+        let numbers = earlier.map(|it| &it.numbers).filter(|it| *it.sampler() == sampler).cloned();
         let mut made = RenderScene {
             compiled,
             compile_time: Duration::ZERO,
@@ -141,6 +143,7 @@ impl<'a> RenderSceneBuilder<'a> {
             materials,
             alpha,
             lights,
+            numbers: numbers.unwrap_or_else(|| Arc::new(SamplerNumbers::new(engine, sampler))),
             integrator,
             placed_camera: None,
             shading_methods: ShadingMethods::default(),

@@ -11,7 +11,7 @@ use rtsl_math::dot;
 
 use super::integrator_memory::IntegratorMemory;
 use super::memory::ThreadMemory;
-use super::numbers::{PathNumbers, Purpose, pairs, singles};
+use super::numbers::{PathNumbers, Purpose};
 use super::path_tracer::PathTracer;
 use super::rows::are_finite;
 use super::shaded_surface::ShadedSurface;
@@ -298,11 +298,10 @@ impl Host for SceneHost<'_> {
     }
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
-        let sampler = self.tracer.scene.compiled.settings.sampler;
-        for lane in lanes.iter() {
-            let ray = self.ray_of(lanes, lane);
-            values[lane] = self.rays[ray].numbers.draw(&sampler);
-        }
+        let SceneHost { rays, slots, queries, .. } = self;
+        let draw = |lane: usize| rays[ray_of(*slots, lanes, lane)].numbers.draw();
+        let numbers = queries.drawn_numbers.singles(lanes, draw);
+        numbers.for_each(|(lane, number)| values[lane] = number);
     }
 
     fn query(&mut self, ray: u32, query: Query, operands: &[u32], results: &mut [u32]) {
@@ -349,8 +348,7 @@ impl Host for SceneHost<'_> {
 impl SceneHost<'_> {
     /// Returns the index of a lane's ray.
     pub fn ray_of(&self, lanes: LaneSet, lane: usize) -> usize {
-        let index = lanes.base as usize + lane;
-        self.slots.map_or(index, |slots| slots[index] as usize)
+        ray_of(self.slots, lanes, lane)
     }
 
     fn nearest_hits(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
@@ -455,17 +453,16 @@ impl SceneHost<'_> {
 
     /// Answers queries about one number of the paths, or about two.
     fn sample(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
-        let (mut keys, mut samples) = ([0; MAX_LANES], [0; MAX_LANES]);
-        for lane in lanes.iter() {
-            let numbers = &self.rays[self.ray_of(lanes, lane)].numbers;
-            (keys[lane], samples[lane]) = (numbers.key(), numbers.sample);
-        }
-        let sampler = &self.tracer.scene.compiled.settings.sampler;
-        let of_lanes = [&keys, &operands[0], &samples];
-        match results {
-            [number] => singles(sampler, lanes, of_lanes, number),
-            [first, second] => pairs(sampler, lanes, of_lanes, [first, second]),
-            _ => {}
+        let SceneHost { rays, slots, queries, .. } = self;
+        let numbers = |lane: usize| &rays[ray_of(*slots, lanes, lane)].numbers;
+        if let [number] = results {
+            let place = |lane: usize| numbers(lane).single(operands[0][lane]);
+            let singles = queries.drawn_numbers.singles(lanes, place);
+            singles.for_each(|(lane, single)| number[lane] = single.to_bits());
+        } else {
+            let place = |lane: usize| numbers(lane).pair(operands[0][lane]);
+            let pairs = queries.drawn_numbers.pairs(lanes, place);
+            pairs.for_each(|(lane, pair)| store(results, lane, &pair));
         }
     }
 
@@ -532,6 +529,12 @@ impl Further<'_> {
         self.free.borrow_mut().push(memory);
         counts
     }
+}
+
+/// Returns the index of a lane's ray, given those of the lanes of a call unless they are in order.
+fn ray_of(slots: Option<&[u32]>, lanes: LaneSet, lane: usize) -> usize {
+    let index = lanes.base as usize + lane;
+    slots.map_or(index, |slots| slots[index] as usize)
 }
 
 /// Makes a wavefront of one path, whose ray is not traced yet.

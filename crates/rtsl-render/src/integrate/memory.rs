@@ -1,6 +1,7 @@
 //! The memory of one thread.
 
 use super::camera_rays::CameraMemory;
+use super::drawn_numbers::DrawnNumbers;
 use super::integrator_memory::IntegratorMemory;
 use super::searcher::Searcher;
 use super::shading_batch::ShadingBatch;
@@ -31,6 +32,8 @@ pub struct ThreadMemory {
     pub suspects: Vec<(u32, Suspect)>,
     /// Paths that others have spawned, and that are not integrated yet.
     pub spawned: SpawnedPaths,
+    /// The numbers of the sampler.
+    pub drawn_numbers: DrawnNumbers,
     /// The memory of searches.
     pub searcher: Searcher,
     /// The memory of camera rays.
@@ -54,17 +57,17 @@ impl ThreadMemory {
 
     /// Allocates the memory for the queries of an integrator.
     pub fn for_queries(scene: &RenderScene) -> Self {
-        let sampler = scene.compiled.settings.sampler;
         let scratch = scene.scratch_arrays();
         ThreadMemory {
             wavefront: Wavefront::default(),
             shadows: Wavefront::default(),
-            batch: ShadingBatch::new(scratch, sampler),
-            light: LightMemory::new(scratch, sampler),
+            batch: ShadingBatch::new(scratch, &scene.numbers),
+            light: LightMemory::new(scratch, &scene.numbers),
             shadow_rays: ShadowRays::default(),
             reached: Vec::new(),
             suspects: Vec::new(),
             spawned: SpawnedPaths::default(),
+            drawn_numbers: DrawnNumbers::new(&scene.numbers),
             searcher: Searcher::new(scene),
             camera: CameraMemory::default(),
             integrator: None,

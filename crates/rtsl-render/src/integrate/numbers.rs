@@ -1,11 +1,12 @@
 //! The random numbers of a path.
 
 use rtsl::SEQUENCES_OF_SEARCH;
-use rtsl::host::{LaneSet, LaneWords};
 use rtsl_math::sampling::{
     NUMBERS_OF_LIGHT_SAMPLES, NUMBERS_OF_MATERIAL_CALLS, NUMBERS_OF_PAIRS, NUMBERS_OF_RAND,
-    NUMBERS_OF_SHADE, NUMBERS_OF_SINGLES, Sampler, child_key, hash,
+    NUMBERS_OF_SHADE, NUMBERS_OF_SINGLES, child_key, hash,
 };
+
+use super::drawn_numbers::Place;
 
 /// Selects the sequences of its searches.
 const NUMBERS_OF_SEARCHES: u32 = 0x209;
@@ -70,16 +71,26 @@ impl PathNumbers {
         PathNumbers { key, sample, searches: 0, counts: [0; 5], drawn: 0, children: 0 }
     }
 
-    /// Returns the key from which those of all sequences are derived.
-    pub fn key(&self) -> u32 {
-        self.key
-    }
-
-    /// Draws the next number of `rand()`.
-    pub fn draw(&mut self, sampler: &Sampler) -> f32 {
+    /// Returns the place of the next number of `rand()`.
+    pub fn draw(&mut self) -> Place {
         let dimension = self.drawn;
         self.drawn = dimension.wrapping_add(1);
-        sampler.number(hash(self.key, NUMBERS_OF_RAND), dimension, self.sample)
+        self.place(NUMBERS_OF_RAND, dimension)
+    }
+
+    /// Returns the place of the number of a dimension.
+    pub fn single(&self, dimension: u32) -> Place {
+        self.place(NUMBERS_OF_SINGLES, dimension)
+    }
+
+    /// Returns the place of two numbers that are stratified together.
+    pub fn pair(&self, pair: u32) -> Place {
+        self.place(NUMBERS_OF_PAIRS, pair)
+    }
+
+    /// Returns a place in the sequence of the path that `selector` selects.
+    fn place(&self, selector: u32, dimension: u32) -> Place {
+        Place { key: hash(self.key, selector), dimension, sample: self.sample }
     }
 
     /// Begins the sequences of the queries that follow a search.
@@ -104,32 +115,5 @@ impl PathNumbers {
     pub fn begin_child(&mut self) -> u32 {
         self.children = self.children.wrapping_add(1);
         child_key(self.key, self.children)
-    }
-}
-
-/// Returns one dimension of each of some lanes' paths, as bits. The keys are those of the paths.
-pub fn singles(
-    sampler: &Sampler,
-    lanes: LaneSet,
-    [keys, dimensions, samples]: [&LaneWords; 3],
-    to: &mut LaneWords,
-) {
-    for lane in lanes.iter() {
-        let key = hash(keys[lane], NUMBERS_OF_SINGLES);
-        to[lane] = sampler.number(key, dimensions[lane], samples[lane]).to_bits();
-    }
-}
-
-/// Returns two dimensions of each of some lanes' paths that are stratified together, as bits.
-pub fn pairs(
-    sampler: &Sampler,
-    lanes: LaneSet,
-    [keys, dimensions, samples]: [&LaneWords; 3],
-    [first, second]: [&mut LaneWords; 2],
-) {
-    for lane in lanes.iter() {
-        let key = hash(keys[lane], NUMBERS_OF_PAIRS);
-        let pair = sampler.pair(key, dimensions[lane], samples[lane]).map(f32::to_bits);
-        [first[lane], second[lane]] = pair;
     }
 }

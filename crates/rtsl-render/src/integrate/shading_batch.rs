@@ -1,10 +1,12 @@
 //! Shading batches: the memory of one thread for the surfaces of a batch of paths, as arrays with an element for each
 //! lane.
 
+use std::sync::Arc;
+
 use rtsl::{
-    LaneBlock, LaneIndices, LightSelector, QueryColumns, RayType, SURFACE_SCALARS, new_state,
+    LaneBlock, LaneIndices, LightSelector, QueryColumns, RayType, SURFACE_SCALARS, SamplerNumbers,
+    new_state,
 };
-use rtsl_math::sampling::Sampler;
 
 use super::query_block::QueryBlock;
 use super::random_numbers::RandomNumbers;
@@ -76,7 +78,7 @@ pub struct LightRows {
 
 impl ShadingBatch {
     /// For shaders with at most so many scratch arrays.
-    pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
+    pub fn new(scratch_arrays: usize, numbers: &Arc<SamplerNumbers>) -> Box<Self> {
         const NONE: Row = [0.0; BATCH_LANES];
         Box::new(ShadingBatch {
             count: 0,
@@ -100,7 +102,7 @@ impl ShadingBatch {
             materials: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
             alpha: LaneIndices::new(BATCH_LANES),
-            random: RandomNumbers::new(sampler),
+            random: RandomNumbers::new(numbers),
         })
     }
 

@@ -54,10 +54,10 @@ struct ProbeMemory {
 
 impl ProbeMemory {
     fn new(scene: &RenderScene) -> Self {
-        let (scratch, sampler) = (scene.scratch_arrays(), scene.compiled.settings.sampler);
+        let scratch = scene.scratch_arrays();
         ProbeMemory {
-            batch: ShadingBatch::new(scratch, sampler),
-            light: LightMemory::new(scratch, sampler),
+            batch: ShadingBatch::new(scratch, &scene.numbers),
+            light: LightMemory::new(scratch, &scene.numbers),
         }
     }
 }

@@ -1,7 +1,9 @@
 //! Light samples, one for each lane of a batch, by kernels for each class of lights.
 
-use rtsl::{LaneBlock, LaneIndices, Method, QueryColumns, new_state};
-use rtsl_math::sampling::{NUMBERS_OF_LIGHTS, Sampler};
+use std::sync::Arc;
+
+use rtsl::{LaneBlock, LaneIndices, Method, QueryColumns, SamplerNumbers, new_state};
+use rtsl_math::sampling::NUMBERS_OF_LIGHTS;
 
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, ShapeLightClass};
@@ -48,7 +50,7 @@ pub enum Weights {
 
 impl LightMemory {
     /// For shaders with at most so many scratch arrays.
-    pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
+    pub fn new(scratch_arrays: usize, numbers: &Arc<SamplerNumbers>) -> Box<Self> {
         Box::new(LightMemory {
             chosen: [0; BATCH_LANES],
             probability: [0.0; BATCH_LANES],
@@ -61,7 +63,7 @@ impl LightMemory {
             objects: LaneIndices::new(BATCH_LANES),
             emitters: LaneIndices::new(BATCH_LANES),
             alpha: LaneIndices::new(BATCH_LANES),
-            random: RandomNumbers::new(sampler),
+            random: RandomNumbers::new(numbers),
         })
     }
 

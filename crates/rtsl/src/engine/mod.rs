@@ -5,6 +5,7 @@ pub(crate) mod background;
 pub(crate) mod engine;
 pub(crate) mod light_selector;
 pub(crate) mod renderer_function;
+pub(crate) mod sampler_numbers;
 pub(crate) mod specialised;
 pub(crate) mod stage_kernels;
 pub(crate) mod tiered_kernel;

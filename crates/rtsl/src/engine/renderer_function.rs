@@ -94,10 +94,8 @@ impl RendererFunction {
 
 #[cfg(test)]
 mod tests {
-    use rtsl_math::sampling::{Sampler, SamplerKind, hash};
-
     use super::*;
-    use crate::codegen::options::{Backend, EngineOptions};
+    use crate::codegen::options::EngineOptions;
     use crate::codegen::trace::{Trace, TraceDetail};
 
     #[test]
@@ -111,30 +109,5 @@ mod tests {
         hash.call(&mut arrays, 4, None);
         assert_ne!(arrays.words(1)[0], 0);
         assert!(trace.take().entries.is_empty());
-    }
-
-    #[test]
-    fn backends_give_the_bits_of_the_host() {
-        let kind = SamplerKind::Stratified { jitter: true };
-        let sampler = Sampler { kind, columns: 5, rows: 3, seed: 0 };
-        for backend in [Backend::Auto, Backend::Interpreter] {
-            let options = EngineOptions { backend, ..EngineOptions::default() };
-            let engine = Engine::new(options).unwrap().0;
-            let strata = [1, 5, 3].map(Constant::U32);
-            let known = [&strata[..], &[Constant::Bool(true)]].concat();
-            let number = engine.renderer_function("rt_numberOfStream", &known).unwrap();
-            assert_eq!(number.arrays(), 4);
-            let mut arrays = LaneBlock::new(number.arrays(), 40);
-            for (lane, key) in arrays.words_mut(0).iter_mut().enumerate() {
-                *key = hash(3, lane as u32);
-            }
-            arrays.words_mut(1).fill(7);
-            (0..).zip(arrays.words_mut(2)).for_each(|(lane, sample)| *sample = lane % 15);
-            number.call(&mut arrays, 40, None);
-            for lane in 0..40 {
-                let expected = sampler.number(hash(3, lane), 7, lane % 15);
-                assert_eq!(arrays.floats(3)[lane as usize], expected, "{backend:?}, {lane}");
-            }
-        }
     }
 }

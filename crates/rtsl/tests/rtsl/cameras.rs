@@ -6,11 +6,24 @@ use rtsl::{
     Backend, CallArguments, CameraProgram, CameraView, Compiler, Engine, EngineOptions, Instance,
     Instances, LaneBlock, lookup_state, new_state,
 };
-use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
+use rtsl_math::sampling::{AxisTable, FilterShape, PixelFilter, Sampler, SamplerKind, hash};
 
 /// Neither a multiple of a width nor less than any.
 const COUNT: usize = 37;
 const SIZE: [u32; 2] = [40, 30];
+
+/// The rays of a camera.
+#[derive(Clone, Copy)]
+struct CameraRays<'a> {
+    /// The class of cameras.
+    text: &'a str,
+    sampler: Sampler,
+    filter: &'a PixelFilter,
+    /// The size of the picture.
+    size: [u32; 2],
+    /// The number of rays.
+    count: usize,
+}
 
 /// A camera whose rays tell its inputs.
 const PROBE: &str = "class Probe : rt_Camera;
@@ -22,16 +35,13 @@ void generateRay() {
 /// The bits of some columns of results.
 type Columns = Vec<Vec<u32>>;
 
-fn pixel(lane: usize) -> [u32; 2] {
-    [(lane as u32 * 7) % SIZE[0], (lane as u32 * 11) % SIZE[1]]
-}
-
 fn component(name: &str) -> usize {
     lookup_state(name).expect("the table has it").first_component as usize
 }
 
-/// Returns the rays of a camera: origin, direction, width, spread, then the weights and the keys.
-fn rays(text: &str, options: EngineOptions, sampler: Sampler, filter: &PixelFilter) -> Columns {
+/// Returns the rays: origin, direction, width, spread, then the weights and the keys.
+fn rays(options: EngineOptions, wanted: CameraRays<'_>) -> Columns {
+    let CameraRays { text, sampler, filter, size, count } = wanted;
     let (engine, _) = Engine::new(options).expect("there is such an engine");
     let unit = Compiler::default().compile("probe.rtsl", text).unit.expect("it compiles");
     let class = unit.classes().first().expect("it has a class");
@@ -39,21 +49,22 @@ fn rays(text: &str, options: EngineOptions, sampler: Sampler, filter: &PixelFilt
     let program = CameraProgram::new(&engine.program(&camera), sampler, filter).unwrap();
     let kernel = engine.camera_kernel(&program).unwrap();
     let (mut state, mut scratch) =
-        (new_state(COUNT), LaneBlock::new(program.scratch_arrays(), COUNT));
-    for lane in 0..COUNT {
-        for (array, place) in program.arrays().pixels.into_iter().zip(pixel(lane)) {
+        (new_state(count), LaneBlock::new(program.scratch_arrays(), count));
+    for lane in 0..count {
+        let pixel = [(lane as u32 * 7) % size[0], (lane as u32 * 11) % size[1]];
+        for (array, place) in program.arrays().pixels.into_iter().zip(pixel) {
             scratch.words_mut(array)[lane] = place;
         }
         scratch.words_mut(program.arrays().sample)[lane] =
             lane as u32 % sampler.samples_per_pixel();
     }
     let map = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]];
-    let view = CameraView { size: SIZE, map, epsilon: 0.25 };
+    let view = CameraView { size, map, epsilon: 0.25 };
     let block = program.block(&engine.program(&camera).block(&camera), &view);
     let status = kernel.get().call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,
-        count: COUNT,
+        count,
         mask: None,
         accepted: None,
         instances: Instances::One(&block),
@@ -63,9 +74,9 @@ fn rays(text: &str, options: EngineOptions, sampler: Sampler, filter: &PixelFilt
     let vectors = ["rt_RayOrigin", "rt_RayDirection"].map(component);
     let vectors = vectors.into_iter().flat_map(|first| first..first + 3);
     let footprint = ["rt_RayWidth", "rt_RaySpread"].map(component);
-    let of_state = vectors.chain(footprint).map(|it| state.words(it)[..COUNT].to_vec());
+    let of_state = vectors.chain(footprint).map(|it| state.words(it)[..count].to_vec());
     let of_scratch = program.arrays().weights.into_iter().chain([program.arrays().key]);
-    of_state.chain(of_scratch.map(|it| scratch.words(it)[..COUNT].to_vec())).collect()
+    of_state.chain(of_scratch.map(|it| scratch.words(it)[..count].to_vec())).collect()
 }
 
 fn engines() -> impl Iterator<Item = EngineOptions> {
@@ -99,39 +110,63 @@ fn filters() -> [PixelFilter; 4] {
     ]
 }
 
+/// Each digest is that of a column, with the bits that it always had.
 #[test]
 fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
     let [first, ..] = samplers();
     let with_filters = filters().map(|filter| (first, filter));
+    let mut all = String::new();
     for (sampler, filter) in
         samplers().map(|it| (it, PixelFilter::default())).into_iter().chain(with_filters)
     {
-        let mut lanes: Vec<[u32; 12]> = Vec::new();
-        let [du, dv] = SIZE.map(|side| 1.0 / side as f32);
-        for lane in 0..COUNT {
-            let ([column, row], sample) = (pixel(lane), lane as u32 % sampler.samples_per_pixel());
-            let pixel = row * SIZE[0] + column;
-            let keys = sampler.pixel_keys(pixel);
-            let lens = sampler.lens_position(keys.lens, sample);
-            let time = sampler.time(keys.time, sample);
-            let ([x, y], weight) = filter.sample(sampler.pixel_position(keys.position, sample));
-            let key = keys.stream;
-            let drawn = sampler.number(key, 0, sample);
-            let x = (column as f32 + x) * du;
-            let y = ((SIZE[1] - 1 - row) as f32 + (1.0 - y)) * dv;
-            let floats = [x, y, time, lens[0], lens[1], drawn];
-            let mut words = [0; 12];
-            words[..6].copy_from_slice(&floats.map(f32::to_bits));
-            words[8..11].fill(weight.to_bits());
-            words[11] = key;
-            lanes.push(words);
-        }
-        for options in engines() {
-            let found = rays(PROBE, options, sampler, &filter);
-            for (column, found) in found.iter().enumerate().filter(|(it, _)| !(6..8).contains(it)) {
-                let expected: Vec<u32> = lanes.iter().map(|words| words[column]).collect();
-                assert_eq!(*found, expected, "{sampler:?}, {filter:?}, column {column}");
-            }
+        let found = agreed_rays(PROBE, sampler, &filter);
+        let columns = found.iter().enumerate().filter(|(column, _)| !(6..8).contains(column));
+        let digests = columns.map(|(_, column)| column.iter().copied().fold(0, hash));
+        all += &format!("{:08x?}\n", digests.collect::<Vec<u32>>());
+    }
+    expect_test::expect![[r#"
+        [7783aef3, c82509ef, 964d452d, 4c6b4323, 539b2cdf, 65ae1b85, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [162e21fc, c9929ad0, f94eb116, a8e8aaf2, ae51a7c7, c63acda4, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [c1cb2a2a, a4abde18, cf4d78b3, dab49c44, a2b4dd18, b2e75296, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [096d038b, 5ad2b624, a5e3362c, c09a0c55, 73f96321, f53f9be3, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [223e725d, 0787909f, 8a087c6f, 93bff742, bd5bc887, c928e4db, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [7783aef3, c82509ef, 964d452d, 4c6b4323, 539b2cdf, 65ae1b85, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [a4a975a4, 6a81eda1, 964d452d, 4c6b4323, 539b2cdf, 65ae1b85, 1d10dc47, 1d10dc47, 1d10dc47, 707d9527]
+        [cedc19f0, 9b8ac1f4, 964d452d, 4c6b4323, 539b2cdf, 65ae1b85, bdd712bd, bdd712bd, bdd712bd, 707d9527]
+        [b6fef80c, b24aa26a, 964d452d, 4c6b4323, 539b2cdf, 65ae1b85, 9a72c69a, 9a72c69a, 9a72c69a, 707d9527]
+    "#]]
+    .assert_eq(&all);
+}
+
+/// Samples lie in cells of the tables of a filter, uniformly within each.
+#[test]
+fn filters_have_places_in_the_cells_of_their_tables() {
+    let sampler = Sampler { kind: SamplerKind::Independent, columns: 64, rows: 64, seed: 3 };
+    let samples = |filter: &PixelFilter| {
+        let wanted = CameraRays { text: PROBE, sampler, filter, size: [1; 2], count: 4096 };
+        let columns = rays(EngineOptions::default(), wanted);
+        [0, 1, 8].map(|it| columns[it].iter().copied().map(f32::from_bits).collect::<Vec<f32>>())
+    };
+    let [x, y, _] = samples(&PixelFilter::default());
+    for filter in &filters()[1..] {
+        let tables = filter.tables().expect("they change places");
+        let found = samples(filter);
+        for lane in 0..4096 {
+            // Rows count from the top.
+            let place = |number: f32, table: &AxisTable| {
+                let side = 2.0 * number - 1.0;
+                let scaled = side.abs() * (table.distances().len() - 1) as f32;
+                let cell = scaled as usize;
+                let [near, far] = [cell, cell + 1].map(|it| table.distances()[it]);
+                let distance = near + (scaled - cell as f32) * (far - near);
+                let changes = table.sign_changes().iter().filter(|it| scaled > **it).count();
+                let sign = if changes % 2 == 0 { 1.0 } else { -1.0 };
+                (0.5 + distance.copysign(side), sign * table.magnitude())
+            };
+            let (x, along_x) = place(x[lane], &tables[0]);
+            let (y, along_y) = place(1.0 - y[lane], &tables[1]);
+            let expected = [x, 1.0 - y, along_x * along_y];
+            assert_eq!(found.each_ref().map(|it| it[lane]), expected, "{filter:?}, {lane}");
         }
     }
 }
@@ -140,12 +175,16 @@ fn rays_have_the_numbers_of_the_sampler_and_the_places_of_the_filter() {
 #[test]
 fn footprints_are_the_distances_to_the_rays_beside() {
     for sampler in samplers() {
-        let found = agreed_rays(PROBE, sampler);
+        let found = agreed_rays(PROBE, sampler, &PixelFilter::default());
         let area = SIZE.map(|side| 1.0 / f64::from(side)).iter().product::<f64>();
         for (lane, footprint) in found[6].iter().zip(&found[7]).enumerate() {
-            let part = sampler.part_of_pixel(lane as u32 % sampler.samples_per_pixel());
+            let count = match sampler.kind {
+                SamplerKind::Stratified { .. } => sampler.samples_per_pixel(),
+                _ => lane as u32 % sampler.samples_per_pixel() + 1,
+            };
+            let part = f64::from(count).sqrt().recip().max(0.125);
             let (width, spread) = (f32::from_bits(*footprint.0), f32::from_bits(*footprint.1));
-            let expected = area.sqrt() * f64::from(part);
+            let expected = area.sqrt() * part;
             let error = (f64::from(width) / expected - 1.0).abs();
             assert!(error < 1e-4, "{sampler:?}: {width}, {expected}");
             assert_eq!(spread, 0.0, "the copies of a ray draw the same numbers");
@@ -154,18 +193,18 @@ fn footprints_are_the_distances_to_the_rays_beside() {
 }
 
 /// Returns the rays of a camera, on which every engine agrees.
-fn agreed_rays(text: &str, sampler: Sampler) -> Columns {
-    let filter = PixelFilter::default();
-    let mut all = engines().map(|options| rays(text, options, sampler, &filter));
+fn agreed_rays(text: &str, sampler: Sampler, filter: &PixelFilter) -> Columns {
+    let wanted = CameraRays { text, sampler, filter, size: SIZE, count: COUNT };
+    let mut all = engines().map(|options| rays(options, wanted));
     let first = all.next().expect("there is an interpreter");
-    all.for_each(|other| assert_eq!(other, first, "{sampler:?}"));
+    all.for_each(|other| assert_eq!(other, first, "{sampler:?}, {filter:?}"));
     first
 }
 
 #[test]
 fn a_class_without_rays_has_those_of_its_state() {
     let [sampler, ..] = samplers();
-    let found = agreed_rays("class Nothing : rt_Camera;", sampler);
+    let found = agreed_rays("class Nothing : rt_Camera;", sampler, &PixelFilter::default());
     let directions: Vec<Vec<u32>> =
         [0.0, 0.0, 1.0_f32].map(|it| vec![it.to_bits(); COUNT]).to_vec();
     assert_eq!(found[3..6], directions);

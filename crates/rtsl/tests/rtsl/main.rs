@@ -35,6 +35,7 @@ mod regularization;
 mod relative_index;
 mod relief;
 mod requests;
+mod sampler;
 mod sampling;
 mod shade_tree;
 mod specialisation;

@@ -1,14 +1,33 @@
 //! Properties of samplers: uniform numbers, independent pairs and fast convergence.
 
-use proptest::prelude::*;
+use rtsl::RendererFunction;
+use rtsl_integrate::sampler::{NUMBER, PAIR, sampler_constants};
 use rtsl_math::sampling::{Sampler, SamplerKind};
+
+use super::{call, equal, floats, function, hashes, stream_keys};
 
 const INDEPENDENT_SAMPLER: Sampler =
     Sampler { kind: SamplerKind::Independent, columns: 16, rows: 16, seed: 1 };
 const SOBOL_SAMPLER: Sampler = Sampler { kind: SamplerKind::Sobol, ..INDEPENDENT_SAMPLER };
 
-fn sobol(pixel: u32, dimension: u32, sample: u32) -> f32 {
-    SOBOL_SAMPLER.number(SOBOL_SAMPLER.pixel_keys(pixel).stream, dimension, sample)
+/// The function of the text that returns the numbers of a sampler.
+fn number(sampler: &Sampler) -> RendererFunction {
+    function(NUMBER, &sampler_constants(sampler))
+}
+
+/// Returns the numbers of a dimension for these samples of so many pixels, all those of a pixel together.
+fn numbers(
+    number: &RendererFunction,
+    pixels: u32,
+    dimension: u32,
+    samples: std::ops::Range<u32>,
+) -> Vec<f32> {
+    let count = samples.len();
+    let keys = stream_keys(pixels).into_iter().flat_map(|key| std::iter::repeat_n(key, count));
+    let keys: Vec<u32> = keys.collect();
+    let lanes = keys.len();
+    let samples = samples.cycle().take(lanes).collect();
+    floats(&call(number, &[keys, equal(dimension, lanes as u32), samples])[0])
 }
 
 /// Pearson's statistic minus its mean, in standard deviations of its distribution.
@@ -25,12 +44,13 @@ fn squared(x: f64) -> f64 {
 
 #[test]
 fn each_dimension_is_even_over_pixels() {
+    let sobol = number(&SOBOL_SAMPLER);
     // One sample per pixel, so that only hashing makes the numbers uniform.
     for dimension in 0..6 {
         for sample in [0, 1, 5, 1000] {
             let mut counts = [0_u32; 64];
-            for pixel in 0..1 << 15 {
-                counts[(sobol(pixel, dimension, sample) * 64.0) as usize] += 1;
+            for number in numbers(&sobol, 1 << 15, dimension, sample..sample + 1) {
+                counts[(number * 64.0) as usize] += 1;
             }
             let deviation = chi_square_deviation(&counts);
             assert!(deviation.abs() < 4.5, "dimension {dimension} of sample {sample}: {deviation}");
@@ -40,15 +60,13 @@ fn each_dimension_is_even_over_pixels() {
 
 #[test]
 fn dimensions_of_pairs_have_nothing_to_do_with_each_other() {
+    let sobol = number(&SOBOL_SAMPLER);
     // All pixels' first 16 samples: cells of two dimensions, one from each pair.
     for (first, second) in [(0, 2), (0, 3), (1, 2), (1, 3), (0, 7), (2, 4), (1, 101)] {
         let mut counts = [0_u32; 256];
-        for pixel in 0..1 << 13 {
-            for sample in 0..16 {
-                let [column, row] =
-                    [first, second].map(|it| (sobol(pixel, it, sample) * 16.0) as usize);
-                counts[row * 16 + column] += 1;
-            }
+        let [columns, rows] = [first, second].map(|it| numbers(&sobol, 1 << 13, it, 0..16));
+        for (column, row) in columns.iter().zip(&rows) {
+            counts[(row * 16.0) as usize * 16 + (column * 16.0) as usize] += 1;
         }
         // Strata of each dimension are full in every pixel, which takes away 30 of 255 degrees of freedom.
         let deviation = chi_square_deviation(&counts);
@@ -64,14 +82,13 @@ fn error<const DIMENSIONS: usize>(
     truth: f64,
 ) -> f64 {
     const PIXELS: u32 = 300;
+    let number = number(sampler);
+    let columns: [Vec<f32>; DIMENSIONS] =
+        std::array::from_fn(|dimension| numbers(&number, PIXELS, dimension as u32, 0..samples));
+    let value = |lane: u32| integrand(std::array::from_fn(|it| columns[it][lane as usize].into()));
     let squares = (0..PIXELS).map(|pixel| {
-        let key = sampler.pixel_keys(pixel).stream;
-        let value = |sample: u32| {
-            integrand(std::array::from_fn(|dimension| {
-                f64::from(sampler.number(key, dimension as u32, sample))
-            }))
-        };
-        squared((0..samples).map(value).sum::<f64>() / f64::from(samples) - truth)
+        let lanes = pixel * samples..(pixel + 1) * samples;
+        squared(lanes.map(value).sum::<f64>() / f64::from(samples) - truth)
     });
     (squares.sum::<f64>() / f64::from(PIXELS)).sqrt()
 }
@@ -110,16 +127,23 @@ fn pairs_that_are_padded_together_converge_too() {
     assert!(sobol < 0.6 * independent, "{sobol} against {independent}");
 }
 
-proptest! {
-    #[test]
-    fn pairs_have_the_bits_of_single_numbers(
-        key in any::<u32>(),
-        dimension in any::<u32>(),
-        sample in any::<u32>(),
-    ) {
-        let number = SOBOL_SAMPLER.number(key, dimension, sample);
-        let pair = SOBOL_SAMPLER.pair(key, dimension >> 1, sample);
-        prop_assert_eq!(pair[(dimension & 1) as usize].to_bits(), number.to_bits());
-        prop_assert!((0.0..1.0).contains(&number));
+#[test]
+fn pairs_have_the_bits_of_single_numbers() {
+    let stratified = Sampler { kind: super::STRATIFIED, ..SOBOL_SAMPLER };
+    for sampler in [INDEPENDENT_SAMPLER, SOBOL_SAMPLER, stratified] {
+        let number = number(&sampler);
+        let pair = function(PAIR, &sampler_constants(&sampler));
+        let keys = hashes(6, 256);
+        let pairs: Vec<u32> = hashes(7, 256).iter().map(|it| it >> 1).collect();
+        let samples: Vec<u32> = hashes(8, 256).iter().map(|it| it % 256).collect();
+        let found = call(&pair, &[keys.clone(), pairs.clone(), samples.clone()]);
+        for (component, found) in (0..2).zip(found) {
+            let dimensions = pairs.iter().map(|pair| pair << 1 | component).collect();
+            assert_eq!(
+                call(&number, &[keys.clone(), dimensions, samples.clone()]),
+                [found.clone()]
+            );
+            assert!(floats(&found).iter().all(|number| (0.0..1.0).contains(number)));
+        }
     }
 }
