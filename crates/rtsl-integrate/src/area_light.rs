@@ -67,7 +67,7 @@ impl AreaLightLink {
         let is_readable =
             |it: &StateVariable| input(Query::LightEmission, it).is_some_and(Input::is_of_surface);
         may_draw_only(generate)
-            && self.readers().all(|it| may_draw_only(it))
+            && self.readers().all(may_draw_only)
             && generate.reads.iter().all(|it| INPUTS.contains(&it.name))
             && OUTPUTS.into_iter().all(sets)
             && self.reads().all(is_readable)
