@@ -15,8 +15,8 @@ use crate::codegen::options::{Backend, EngineOptions};
 /// The numbers of a sampler as kernels for many lanes, of the text that is a part of stages, too: the bits are the same.
 /// Threads may share them.
 ///
-/// Kernels are made when they are needed, since stages draw the numbers of most pictures. They are interpreted at first,
-/// because the few numbers for the preparation of a scene take less time than machine code does.
+/// Kernels are made when they are needed, since stages draw the numbers of most pictures. They are interpreted at
+/// first, because the few numbers for the preparation of a scene take less time than machine code does.
 #[derive(Debug)]
 pub struct SamplerNumbers {
     engine: Engine,
