@@ -94,7 +94,7 @@ const INITIAL: [(&str, &[f32]); 5] = [
     ("rt_SampleColor", &[1.0; 3]),
 ];
 
-/// What `generateRay` sets, with the number of components: the fields of an `rt_CameraRay`, then the limit.
+/// The state that `generateRay` sets, with the number of components: the fields of an `rt_CameraRay`, then the limit.
 const RESULTS: [(&str, u32); 5] = [
     ("rt_RayOrigin", 3),
     ("rt_RayDirection", 3),

@@ -180,7 +180,7 @@ impl SampledColor {
     }
 }
 
-/// What decides the weight of a sample.
+/// The properties of a sample that decide its weight.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleWeight {
     /// True if radiances are divided by densities with which rays find the light, too.

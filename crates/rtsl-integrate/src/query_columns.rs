@@ -93,8 +93,8 @@ pub enum HostQuery {
     /// shape, to direction, distance, reach, and density without the probability. The state of methods of materials is
     /// stored too, without properties.
     SampledPoint,
-    /// The radiance of such a point by the `emission` of a material, which reads that state: from density and probability to
-    /// radiance and density.
+    /// The radiance of such a point by the `emission` of a material, which reads that state: from density and probability
+    /// to radiance and density.
     SampledEmission(Weighing),
     /// The radiance that a texture leaves which cuts the shape out: from radiance, density and probability to radiance and
     /// density.

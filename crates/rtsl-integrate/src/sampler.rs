@@ -11,8 +11,8 @@ pub const KEY_COLUMN: &str = "path.key";
 /// The scratch array with the sample of each path.
 pub const SAMPLE_COLUMN: &str = "path.sample";
 
-/// The text's function of a number of a stream: its parameters are the sampler, the key of the stream, the dimension and
-/// the index of the sample.
+/// The text's function of a number of a stream: its parameters are the sampler, the key of the stream, the dimension
+/// and the index of the sample.
 pub const NUMBER: &str = "rt_numberOfStream";
 /// That of two numbers which are stratified together: its parameters have the pair of dimensions instead.
 pub const PAIR: &str = "rt_pairOfStream";

@@ -12,8 +12,8 @@ use super::engine::Engine;
 use super::renderer_function::RendererFunction;
 use crate::codegen::options::{Backend, EngineOptions};
 
-/// The numbers of a sampler as kernels for many lanes, of the text that is a part of stages, too: the bits are the same.
-/// Threads may share them.
+/// The numbers of a sampler as kernels for many lanes, of the text that is a part of stages, too: the bits are the
+/// same. Threads may share them.
 ///
 /// Kernels are made when they are needed, since stages draw the numbers of most pictures. They are interpreted at
 /// first, because the few numbers for the preparation of a scene take less time than machine code does.
