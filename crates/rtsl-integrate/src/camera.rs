@@ -44,12 +44,11 @@ pub struct CameraLinks {
     pub filter: PixelFilter,
 }
 
-/// Links a function that computes the ray of a pixel's sample, with its weight and the key of its numbers, and the
-/// footprint if it `has_footprints`.
+/// Links a function of this name that computes the ray of a pixel's sample, with its weight and the key of its numbers,
+/// and the footprint if it `has_footprints`.
 ///
 /// # Errors
 /// If linking passes a limit.
-/// The function has this name.
 pub fn link_camera(name: String, links: &CameraLinks, has_footprints: bool) -> Linking<Linked> {
     let mut linker = StageLinker::new(name);
     let sampler = Some(links.sampler);
@@ -168,10 +167,15 @@ impl CameraCode<'_, '_> {
         }
         let generated = self.generate(sample, state.clone(), to)?;
         state.extend(generated);
-        let results = RESULTS.into_iter().flat_map(|(name, components)| {
-            (0..components).filter_map(move |component| StateComponent::named(name, component))
-        });
-        Ok(results.filter_map(|component| find_override(&state, component)).collect())
+        let result = |name: &str, component: u32| {
+            let wanted = StateComponent::named(name, component);
+            let value = wanted.and_then(|wanted| find_override(&state, wanted));
+            value.expect("the state has this component")
+        };
+        let results = RESULTS
+            .into_iter()
+            .flat_map(|(name, components)| (0..components).map(move |component| (name, component)));
+        Ok(results.map(|(name, component)| result(name, component)).collect())
     }
 
     /// Copies `generateRay`, and returns the state that it sets. Each copy takes the same random numbers.

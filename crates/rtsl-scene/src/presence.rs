@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, CallMode, Class, Engine, EngineOptions, Instance, Instances, Method,
-    Role, Value, lookup_state, new_state,
+    CallArguments, CallMode, Class, Engine, Instance, Instances, Method, Role, Value, lookup_state,
+    new_state,
 };
 
 use crate::scene::{Scene, SceneObject};
@@ -105,11 +105,7 @@ fn presence_of(
 /// Returns the value of a texture if it is the same for all hits. Most materials have no holes, and shapes without
 /// alpha are searched faster.
 fn constant_value(engine: &mut Option<Engine>, texture: &Arc<Instance>) -> Option<f32> {
-    if engine.is_none() {
-        let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
-        *engine = Engine::new(options).ok().map(|(engine, _)| engine);
-    }
-    let program = engine.as_ref()?.program(texture);
+    let program = engine.get_or_insert_with(Engine::interpreter).program(texture);
     let linked = program.method(Method::Lookup).ok()?;
     if !linked.reads.is_empty() || linked.reads_scratch || linked.draws_numbers() {
         return None;

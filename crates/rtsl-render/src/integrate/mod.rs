@@ -13,7 +13,7 @@ pub(crate) mod batch_surfaces;
 pub(crate) mod camera;
 pub(crate) mod camera_rays;
 pub(crate) mod drawn_numbers;
-mod evaluation;
+pub(crate) mod evaluation;
 pub(crate) mod following;
 pub(crate) mod host;
 pub(crate) mod integrator;

@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    Backend, Engine, EngineOptions, HostQuery, Kernel, LightSelection, LightSelector, LinkedMethod,
-    Method, Objects, PROVIDED_BY_LIGHT_SAMPLES, Program, QueryForm, Weighing,
+    Engine, HostQuery, Kernel, LightSelection, LightSelector, LinkedMethod, Method, Objects,
+    PROVIDED_BY_LIGHT_SAMPLES, Program, QueryForm, Weighing,
 };
 use rtsl_scene::Scene;
 
@@ -157,9 +157,7 @@ impl Lights {
         self.selector.get_or_init(|| {
             let lights = self.selection.lights();
             engine.light_selector(lights).unwrap_or_else(|_| {
-                // The bits are the same.
-                let options = EngineOptions { backend: Backend::Interpreter, ..Default::default() };
-                let interpreted = Engine::new(options).and_then(|it| it.0.light_selector(lights));
+                let interpreted = Engine::interpreter().light_selector(lights);
                 interpreted.expect("the interpreter runs the texts of the library")
             })
         })
@@ -402,13 +400,19 @@ impl ShapeLightClass {
     ) -> Option<Self> {
         let shapes = classes.compiled.class(key.class);
         let emitters = &classes.materials[key.emitter];
+        let first_column = classes.compiled.scratch_arrays as u32;
+        // Emitters and textures have the same kernels whatever the shapes.
         let form = |query: HostQuery| QueryForm {
             query,
+            are_grouped: false,
+            are_sampled: false,
+            first_column,
+        };
+        let point = QueryForm {
             are_grouped: classes.compiled.is_placed_by_instances(key.class),
             are_sampled: true,
-            first_column: classes.compiled.scratch_arrays as u32,
+            ..form(HostQuery::SampledPoint)
         };
-        let point = form(HostQuery::SampledPoint);
         let is_placed = shapes.is_placed();
         let generate = maker.query(shapes.program(), of, &shapes.objects, is_placed, point);
         let last = if key.is_invisible { Weighing::OfInvisible } else { Weighing::OfFound };

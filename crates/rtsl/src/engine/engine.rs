@@ -15,7 +15,7 @@ use crate::aot::library::{AotLibrary, AotOptions};
 use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_compiler::KernelCompiler;
 use crate::codegen::kernel_source::KernelSource;
-use crate::codegen::options::EngineOptions;
+use crate::codegen::options::{Backend, EngineOptions};
 use crate::instance::instance::Instance;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
@@ -69,6 +69,12 @@ impl Engine {
         let compiler = Arc::new(compiler);
         let (programs, background) = (Arc::default(), Arc::default());
         Ok((Engine { compiler, programs, background }, warnings))
+    }
+
+    /// Creates an engine that interprets everything: it needs no LLVM, and has the same bits.
+    pub fn interpreter() -> Engine {
+        let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
+        Engine::new(options).expect("the interpreter is always there").0
     }
 
     /// Loads LLVM, if there is one, and compiles a small function: the first compilation of a process pages in and

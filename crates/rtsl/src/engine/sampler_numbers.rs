@@ -10,7 +10,6 @@ use rtsl_math::sampling::Sampler;
 
 use super::engine::Engine;
 use super::renderer_function::RendererFunction;
-use crate::codegen::options::{Backend, EngineOptions};
 
 /// The numbers of a sampler as kernels for many lanes, of the text that is a part of stages, too: the bits are the
 /// same. Threads may share them.
@@ -91,10 +90,7 @@ impl LazyKernel {
             return self.compiled.get_or_init(|| compiled);
         }
         self.interpreted.get_or_init(|| {
-            let options =
-                EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
-            let made =
-                Engine::new(options).and_then(|(engine, _)| engine.renderer_function(name, known));
+            let made = Engine::interpreter().renderer_function(name, known);
             made.expect("the interpreter runs the texts of the library")
         })
     }
@@ -105,6 +101,7 @@ mod tests {
     use rtsl_math::sampling::{SamplerKind, hash};
 
     use super::*;
+    use crate::codegen::options::EngineOptions;
 
     /// Machine code takes the place of the interpreter without a change of numbers.
     #[test]

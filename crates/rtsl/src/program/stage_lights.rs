@@ -423,9 +423,9 @@ mod tests {
         }
     }
 
-    /// Returns the queries that stages with the surfaces of two balls, which are the lights, leave to the host. If they
-    /// are `far`, textures cut them out, and an instance places their group.
-    fn left_queries(sampler: Sampler, far: bool) -> Vec<Query> {
+    /// Returns the queries that stages with the surfaces of two balls, which are the lights, leave to the host. Textures
+    /// may cut them out, and an instance may place their group.
+    fn left_queries(sampler: Sampler, are_cut: bool, are_grouped: bool) -> Vec<Query> {
         let engine = Engine::new(options()).unwrap().0;
         let integrator = Instance::new(&class("Path"), []).unwrap();
         let ball = class("Sphere");
@@ -434,7 +434,7 @@ mod tests {
         let emitter = Instance::new(&class("Emissive"), []).unwrap();
         let checks = Instance::new(&class("Checker"), []).unwrap();
         let group = GroupPlace { inverse: IDENTITY, forward: IDENTITY, volume_scale: 1.0 };
-        let group = far.then_some(group);
+        let group = are_grouped.then_some(group);
         let ways = [0, 1].map(|way| LightSelection::way(way, 1).unwrap());
         let areas = (0..2).map(|light| StageAreaLight {
             program: engine.program(&balls[light]),
@@ -445,7 +445,7 @@ mod tests {
             is_placed: false,
             emitter_program: engine.program(&emitter),
             emitter: &emitter,
-            alpha: far.then(|| (engine.program(&checks), &*checks)),
+            alpha: are_cut.then(|| (engine.program(&checks), &*checks)),
             is_weighed: true,
         });
         let lights = StageLights {
@@ -535,7 +535,10 @@ mod tests {
     #[test]
     fn area_lights_are_sampled_without_the_host() {
         for columns in [4, 3] {
-            assert_eq!(of_lights(&left_queries(sampler(columns), columns == 3)), []);
+            for (are_cut, are_grouped) in [(false, false), (true, false), (false, true)] {
+                let left = left_queries(sampler(columns), are_cut, are_grouped);
+                assert_eq!(of_lights(&left), [], "{are_cut} {are_grouped}");
+            }
         }
     }
 }

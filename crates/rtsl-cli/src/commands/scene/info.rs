@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
-use rtsl::{Backend, Engine, EngineOptions};
+use rtsl::Engine;
 use rtsl_memory::Amount;
 use rtsl_render::extent::scene_extent;
 use rtsl_scene::reader::{DiskFiles, RecordedFiles};
@@ -53,9 +53,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
         }
     };
     // Few boxes are computed: machine code would take longer to make.
-    let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
-    let (engine, _) = Engine::new(options)?;
-    let extent = scene_extent(&loaded.scene, &engine)?;
+    let extent = scene_extent(&loaded.scene, &Engine::interpreter())?;
     let contents = Contents::new(&arguments.scene, &source, &loaded, &extent, &files);
     let text = match arguments.json {
         true => serde_json::to_string_pretty(&contents).unwrap_or_default() + "\n",
