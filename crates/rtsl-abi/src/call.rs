@@ -124,6 +124,8 @@ pub struct RawCall {
     pub status: u32,
     /// The number of tests, for `intersect` in the leaf mode.
     pub test_count: MaybeUninit<u32>,
+    /// The first ray of the first chunk with a ray that is on, for the call modes with a mask; 0 without a mask.
+    pub first: u32,
     /// The tests, for `intersect` in the leaf mode.
     pub tests: MaybeUninit<*mut LeafTest>,
 }
@@ -151,6 +153,7 @@ mod tests {
             ("count", offset_of!(RawCall, count), offsets::CALL_COUNT),
             ("status", offset_of!(RawCall, status), offsets::CALL_STATUS),
             ("test count", offset_of!(RawCall, test_count), offsets::CALL_TEST_COUNT),
+            ("first", offset_of!(RawCall, first), offsets::CALL_FIRST),
             ("tests", offset_of!(RawCall, tests), offsets::CALL_TESTS),
             ("size", size_of::<RawCall>(), offsets::CALL_SIZE),
             ("ray", offset_of!(LeafTest, ray), offsets::TEST_RAY),

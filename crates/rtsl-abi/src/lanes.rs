@@ -369,12 +369,14 @@ impl std::fmt::Debug for LaneBlock {
 pub struct LaneMask {
     words: Chunks,
     lanes: usize,
+    /// All lanes outside of it are off.
+    range: Range<usize>,
 }
 
 impl LaneMask {
     /// Returns a mask with all lanes false.
     pub fn new(lanes: usize) -> LaneMask {
-        LaneMask { words: Chunks::new(lanes.div_ceil(PADDING)), lanes }
+        LaneMask { words: Chunks::new(lanes.div_ceil(PADDING)), lanes, range: 0..0 }
     }
 
     /// Returns the mask of the lanes for which `is_on` returns true.
@@ -404,12 +406,31 @@ impl LaneMask {
     pub fn set(&mut self, lane: usize, is_on: bool) {
         let lanes = self.lanes;
         self.words.all_mut()[..lanes][lane] = if is_on { u32::MAX } else { 0 };
+        let Range { start, end } = self.range;
+        match is_on {
+            true if self.range.is_empty() => self.range = lane..lane + 1,
+            true => self.range = start.min(lane)..end.max(lane + 1),
+            false => {}
+        }
     }
 
     /// Sets all lanes.
     pub fn fill(&mut self, is_on: bool) {
-        let lanes = self.lanes;
-        self.words.all_mut()[..lanes].fill(if is_on { u32::MAX } else { 0 });
+        self.words_mut().fill(if is_on { u32::MAX } else { 0 });
+    }
+
+    /// Turns off all lanes, and returns those of a range to be set.
+    pub fn begin_range(&mut self, range: Range<usize>) -> &mut [u32] {
+        let before = std::mem::replace(&mut self.range, range.clone());
+        let words = &mut self.words.all_mut()[..self.lanes];
+        words[before].fill(0);
+        &mut words[range]
+    }
+
+    /// Returns a range outside of which all lanes are off: kernels need not look there.
+    #[inline]
+    pub fn range(&self) -> Range<usize> {
+        self.range.clone()
     }
 
     /// Returns the lanes in the form of kernels: 0 for false, all bits for true.
@@ -422,12 +443,13 @@ impl LaneMask {
     #[inline]
     pub fn words_mut(&mut self) -> &mut [u32] {
         let lanes = self.lanes;
+        self.range = 0..lanes;
         &mut self.words.all_mut()[..lanes]
     }
 
     /// True if any lane is on.
     pub fn any(&self) -> bool {
-        self.any_of(0..self.lanes)
+        self.any_of(self.range())
     }
 
     /// True if any of these lanes is on.
@@ -442,9 +464,16 @@ impl LaneMask {
         words.filter(|(_, word)| **word != 0).map(|(lane, _)| lane)
     }
 
+    /// Returns the address of the first lane.
+    #[inline]
+    pub fn pointer(&self) -> *const i32 {
+        self.words.words().cast_const().cast()
+    }
+
     /// Returns the address of the first lane, through which kernels store accepted hits.
     #[inline]
-    pub fn pointer(&self) -> *mut i32 {
+    pub fn pointer_mut(&mut self) -> *mut i32 {
+        self.range = 0..self.lanes;
         self.words.words().cast()
     }
 }
@@ -524,6 +553,24 @@ mod tests {
         assert_eq!(mask.iter_on().collect::<Vec<_>>(), [3, 20]);
         assert!(mask.words()[3] == u32::MAX && mask.words().len() == 21);
         assert!(mask.any_of(18..21) && !mask.any_of(4..20));
+    }
+
+    #[test]
+    fn lanes_outside_of_the_range_of_a_mask_are_off() {
+        let mut mask = LaneMask::new(40);
+        assert!(mask.range().is_empty());
+        [7, 30, 9].into_iter().for_each(|lane| mask.set(lane, true));
+        mask.set(35, false);
+        assert_eq!(mask.range(), 7..31);
+        mask.begin_range(16..32).fill(u32::MAX);
+        assert!(mask.iter_on().eq(16..32) && mask.range() == (16..32));
+        mask.begin_range(3..3);
+        assert!(!mask.any() && mask.iter_on().next().is_none());
+        mask.fill(true);
+        assert_eq!(mask.range(), 0..40);
+        mask.begin_range(0..1);
+        mask.pointer_mut();
+        assert_eq!(mask.range(), 0..40, "machine code may store to any lane");
     }
 
     #[test]

@@ -19,6 +19,7 @@
 //! | 72 | `count: u32` | the number of rays; 1 in the single mode, which reads neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
 //! | 80 | `test_count: u32` | leaf mode, `intersect`: the number of tests |
+//! | 84 | `first: u32` | packet and stream modes with a mask, methods but `intersect`: the first ray of a chunk before which all rays are off; else 0 |
 //! | 88 | `tests: *LeafTest` | leaf mode, `intersect`: the tests |
 //!
 //! `objects` points to object 0 of the blocks in the stream mode, and for `intersect` in the leaf mode; for other
@@ -65,7 +66,7 @@ use rtsl_ir::Scalar;
 use crate::CallMode;
 
 /// The version of this interface and of the descriptions in libraries. Any change of offsets or meanings changes it.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 pub const CALL_STATE: u32 = 0;
 pub const CALL_SCRATCH: u32 = 8;
@@ -79,6 +80,7 @@ pub const CALL_USER: u32 = 64;
 pub const CALL_COUNT: u32 = 72;
 pub const CALL_STATUS: u32 = 76;
 pub const CALL_TEST_COUNT: u32 = 80;
+pub const CALL_FIRST: u32 = 84;
 pub const CALL_TESTS: u32 = 88;
 pub const CALL_SIZE: u32 = 96;
 

@@ -1,5 +1,6 @@
 //! Signatures of kernels.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::call::{CallArguments, Instances};
@@ -51,6 +52,7 @@ impl Signature {
             state: &*call.state,
             scratch: &*call.scratch,
             count: call.count,
+            rays: self.rays(call.count, call.mask),
             mask: call.mask.map(LaneMask::lanes),
             accepted: call.accepted.as_ref().map(|accepted| accepted.lanes()),
             instances: call.instances,
@@ -78,6 +80,15 @@ impl Signature {
             && mask.is_none_or(|mask| mask.lanes() >= count)
     }
 
+    /// Returns the rays that code for packets looks at, from the first of a vector: those that a mask may have on, unless
+    /// code stores for the others that they have no hit.
+    #[inline(always)]
+    pub fn rays(&self, count: usize, mask: Option<&LaneMask>) -> Range<usize> {
+        let Some(mask) = mask.filter(|_| !self.accepts) else { return 0..count };
+        let Range { start, end } = mask.range();
+        start - start % offsets::LANE_PADDING as usize..end.min(count)
+    }
+
     /// True if a call takes one instance without buffers, for any number of rays.
     pub fn is_plain(&self) -> bool {
         let for_packets = matches!(self.mode, CallMode::Packet | CallMode::CommonOrigin);
@@ -97,6 +108,7 @@ impl Signature {
             state: &*call.state,
             scratch: &*call.scratch,
             count: call.count,
+            rays: 0..call.count,
             mask: call.mask.map(<[i32]>::len),
             accepted: call.accepted.as_ref().map(|accepted| accepted.len()),
             instances: call.instances,
@@ -107,8 +119,9 @@ impl Signature {
     /// Checks a call for rays, with either owner of the arrays.
     #[inline(always)]
     fn check_sizes<L: LaneArrays>(&self, call: &CallSizes<'_, L>) -> Result<(), CallError> {
-        let CallSizes { state, scratch, count, mask, accepted, instances, vector } = *call;
-        self.check_instances(instances, count)?;
+        let CallSizes { state, scratch, count, mask, accepted, instances, vector, ref rays } =
+            *call;
+        self.check_instances(instances, count, rays)?;
         if self.mode == CallMode::Single && (count != 1 || mask.is_some()) {
             return Err(CallError::NotOneRay);
         }
@@ -185,7 +198,12 @@ impl Signature {
 
     /// Checks that the instances have the form that the kernel requires, and that the object indices are in range.
     #[inline(always)]
-    fn check_instances(&self, instances: Instances<'_>, count: usize) -> Result<(), CallError> {
+    fn check_instances(
+        &self,
+        instances: Instances<'_>,
+        count: usize,
+        rays: &Range<usize>,
+    ) -> Result<(), CallError> {
         let takes_objects = self.object_words.is_some();
         let form_fits = match (self.mode, instances) {
             (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Instances::One(_)) => {
@@ -220,7 +238,7 @@ impl Signature {
             Instances::One(_) => Ok(()),
             Instances::Object(objects, number) => exists((number as usize) < objects.len()),
             Instances::Many(objects, indices) => {
-                exists(are_numbers(indices.as_slice(), count, objects.len()))
+                exists(are_numbers(indices.as_slice(), rays, objects.len()))
             }
             Instances::Range(objects, first) => check_range(first, count, objects.len()),
         }
@@ -250,6 +268,8 @@ struct CallSizes<'a, L> {
     scratch: &'a L,
     /// The number of rays, or of objects in the leaf mode.
     count: usize,
+    /// The rays that code looks at.
+    rays: Range<usize>,
     /// The number of lanes of the mask.
     mask: Option<usize>,
     /// The number of lanes for accepted hits.
@@ -288,15 +308,16 @@ fn check_range(first: u32, count: usize, objects: usize) -> Result<(), CallError
     exists(end.is_some_and(|end| end <= objects))
 }
 
-/// True if the indices of so many rays, and of lanes in the same vector, are below `instances`.
+/// True if the indices of rays, and of lanes in the same vectors, are below `instances`.
 #[inline(always)]
-fn are_numbers(indices: &[u32], rays: usize, instances: usize) -> bool {
+fn are_numbers(indices: &[u32], rays: &Range<usize>, instances: usize) -> bool {
     // A number of rays that cannot be rounded up exceeds the number of indices.
-    let padded = rays.checked_next_multiple_of(offsets::LANE_PADDING as usize).unwrap_or(rays);
-    let read = padded.min(indices.len());
+    let padding = offsets::LANE_PADDING as usize;
+    let padded = rays.end.checked_next_multiple_of(padding).unwrap_or(rays.end);
+    let read = indices.get(rays.start..padded.min(indices.len())).unwrap_or_default();
     // Not `all`, which is not vectorised.
-    let greatest = indices[..read].iter().fold(0, |greatest, index| greatest.max(*index));
-    indices.len() >= rays && (greatest as usize) < instances
+    let greatest = read.iter().fold(0, |greatest, index| greatest.max(*index));
+    indices.len() >= rays.end && (greatest as usize) < instances
 }
 
 #[cfg(test)]
@@ -351,6 +372,28 @@ mod tests {
             }
         }
         assert_eq!(fitting, 2);
+    }
+
+    /// Neither code nor checks look at rays before the vector of the first that is on, and after the last.
+    #[test]
+    fn rays_that_a_mask_leaves_out_may_have_any_index() {
+        let accepting = signature();
+        let signature = Signature { accepts: false, ..accepting.clone() };
+        let mut mask = LaneMask::new(100);
+        assert!(signature.rays(100, Some(&mask)).is_empty());
+        mask.begin_range(35..50);
+        assert_eq!(signature.rays(100, Some(&mask)), 32..50);
+        assert_eq!(signature.rays(40, Some(&mask)), 32..40);
+        assert!(signature.rays(20, Some(&mask)).is_empty());
+        assert_eq!(signature.rays(100, None), 0..100);
+        assert_eq!(accepting.rays(100, Some(&mask)), 0..100);
+        let mut indices = [9; 100];
+        indices[32..64].fill(2);
+        assert!(are_numbers(&indices, &(32..50), 3) && !are_numbers(&indices, &(32..65), 3));
+        assert!(!are_numbers(&indices, &(16..50), 3));
+        assert!(!are_numbers(&indices[..48], &(32..50), 3), "indices are missing");
+        mask.begin_range(96..100);
+        assert!(are_numbers(&indices, &signature.rays(40, Some(&mask)), 1));
     }
 
     #[test]

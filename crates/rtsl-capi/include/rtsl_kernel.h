@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /* The version of this interface: that of a library must be the same. */
-#define RTSL_ABI 2
+#define RTSL_ABI 3
 
 /* Rays in one request of a shader to its host. */
 #define RTSL_LANES 16
@@ -220,6 +220,7 @@ typedef struct RtslCall {
     uint32_t count;                /* rays; leaf: objects; 1 for RTSL_SINGLE */
     uint32_t status;               /* bits of RtslStatus are set */
     uint32_t test_count;           /* leaf, intersect */
+    uint32_t first;                /* with a mask, methods but intersect: the first ray of a chunk before which all rays are off; else 0 */
     RtslLeafTest *tests;           /* leaf, intersect */
 } RtslCall;
 

@@ -127,6 +127,7 @@ typedef struct RtslCall {
     uint32_t count;                /* rays; leaf: objects; 1 for RTSL_SINGLE */
     uint32_t status;               /* bits of RtslStatus are set */
     uint32_t test_count;           /* leaf, intersect */
+    uint32_t first;                /* with a mask, methods but intersect: the first ray of a chunk before which all rays are off; else 0 */
     RtslLeafTest *tests;           /* leaf, intersect */
 } RtslCall;
 

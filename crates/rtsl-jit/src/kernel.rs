@@ -2,12 +2,14 @@
 
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
+use std::ops::Range;
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
 use rtsl_abi::{
     CallArguments, CallError, CallStatus, HOST_TABLE, HostArguments, HostCalls, InstanceBlock,
-    Instances, LeafArguments, LeafTest, Objects, RawCall, Signature, check_stack, offsets,
+    Instances, LaneMask, LeafArguments, LeafTest, Objects, RawCall, Signature, check_stack,
+    offsets,
 };
 use rtsl_llvm::{FullChunks, TargetFeatures};
 use rtsl_packet::Kernel;
@@ -146,12 +148,13 @@ impl CompiledKernel {
         self.signature.check(&call)?;
         self.check_stack()?;
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
+        let Range { start: first, end: count } = self.signature.rays(count, mask);
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
             state: state.table_mut(),
             scratch: scratch.table_mut(),
-            mask: mask.map_or(std::ptr::null(), |mask| mask.pointer().cast_const()),
-            accepted: accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer()),
+            mask: mask.map_or(std::ptr::null(), LaneMask::pointer),
+            accepted: accepted.map_or(std::ptr::null_mut(), LaneMask::pointer_mut),
             instance: instances.block().pointer(),
             objects: MaybeUninit::uninit(),
             index: MaybeUninit::uninit(),
@@ -160,6 +163,7 @@ impl CompiledKernel {
             count: count as u32,
             status: 0,
             test_count: MaybeUninit::uninit(),
+            first: first as u32,
             tests: MaybeUninit::uninit(),
         };
         let mut test = None;
@@ -209,17 +213,18 @@ impl CompiledKernel {
             && count > 0
             && count & beyond == 0
         {
-            let accepted = accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer());
+            let accepted = accepted.map_or(std::ptr::null_mut(), LaneMask::pointer_mut);
             let (state, scratch) = (state.table_mut(), scratch.table_mut());
             // Safety: as below; the rays fill whole chunks, and there is one.
             unsafe { full(state, scratch, accepted, block.pointer(), count as u64) };
             return CallStatus { budget_exhausted: false, nearest: None };
         }
+        let Range { start: first, end: count } = self.signature.rays(count, mask);
         let mut raw = RawCall {
             state: state.table_mut(),
             scratch: scratch.table_mut(),
-            mask: mask.map_or(std::ptr::null(), |mask| mask.pointer().cast_const()),
-            accepted: accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer()),
+            mask: mask.map_or(std::ptr::null(), LaneMask::pointer),
+            accepted: accepted.map_or(std::ptr::null_mut(), LaneMask::pointer_mut),
             instance: block.pointer(),
             objects: MaybeUninit::uninit(),
             index: MaybeUninit::uninit(),
@@ -228,6 +233,7 @@ impl CompiledKernel {
             count: count as u32,
             status: 0,
             test_count: MaybeUninit::uninit(),
+            first: first as u32,
             tests: MaybeUninit::uninit(),
         };
         // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; all fields that
@@ -271,6 +277,7 @@ impl CompiledKernel {
             count: count as u32,
             status: 0,
             test_count: MaybeUninit::new(0),
+            first: 0,
             tests: MaybeUninit::new(std::ptr::null_mut()),
         };
         match instances {
@@ -315,6 +322,7 @@ impl CompiledKernel {
             count,
             status: 0,
             test_count: MaybeUninit::new(tests.len() as u32),
+            first: 0,
             tests: MaybeUninit::new(tests.as_mut_ptr()),
         };
         // Safety: the caller guarantees that all memory that the code reads and writes is valid.

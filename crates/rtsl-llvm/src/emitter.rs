@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{Arguments, Write};
 
-use rtsl_abi::CallMode;
+use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Scalar, Value};
 use rtsl_packet::{Kernel, Ranges};
 
@@ -139,9 +139,11 @@ impl<'a, 'm> Emitter<'a, 'm> {
     /// Emits the function and returns its text.
     pub fn emit(mut self, symbol: &str) -> String {
         let (done, start) = (self.new_label(), self.new_label());
-        if self.part == Part::Rest {
-            self.begun = self.new_local();
-        }
+        let passed = match self.part {
+            Part::Rest => self.new_local(),
+            Part::All | Part::Full => Operand::Int(0),
+        };
+        self.begun = if self.begins_anywhere() { self.new_local() } else { passed };
         let full = match self.part {
             Part::Full => FullChunks::of(self.kernel, symbol),
             Part::All | Part::Rest => None,
@@ -166,7 +168,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             _ if full.is_some() => (format!("  br label %{start}\n"), String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),
             (None, Part::All | Part::Rest) => {
-                (enter_unless_empty(self.begun, start, done), String::new())
+                (self.enter_unless_empty(passed, start, done), String::new())
             }
             (None, Part::Full) => (enter_full_chunks(self.width, start), leave_full_chunks(symbol)),
         };
@@ -175,7 +177,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             (Part::All, None) if self.kernel.keeps_nearest() => test_header(symbol),
             (Part::All | Part::Full, None) => format!("void @\"{symbol}\"(ptr noalias %call)"),
             (Part::Rest, None) => {
-                format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {})", self.begun)
+                format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {passed})")
             }
         };
         // Aligning the stack for vectors takes 2 percent of a test of one ray with a sphere.
@@ -309,7 +311,6 @@ entry:
 
     /// Returns a pointer from the call, or from one of its tables, loaded once per call.
     pub fn pointer(&mut self, source: PointerSource, offset: u32) -> Operand {
-        use rtsl_abi::offsets;
         if let Some(pointer) = self.pieces.pointers.get(&(source, offset)) {
             return *pointer;
         }
@@ -392,25 +393,42 @@ entry:
         let incoming = incoming.collect::<Vec<_>>().join(", ");
         self.text.insert_str(at, &format!("  {local} = phi {ty} {incoming}\n"));
     }
-}
 
-/// Loads the number of the call's rays to a local of this name.
-pub fn load_count(name: &str) -> String {
-    let count = rtsl_abi::offsets::CALL_COUNT;
-    format!(
-        "  %count.at = getelementptr i8, ptr %call, i64 {count}
-  %count.word = load i32, ptr %count.at, align 4
-  {name} = zext i32 %count.word to i64
-"
-    )
-}
+    /// True if the first chunk may be any: rays before it are off. A kernel that accepts hits stores for all rays whether
+    /// they have one.
+    fn begins_anywhere(&self) -> bool {
+        let has_mask = match self.kernel.mode {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => true,
+            CallMode::Leaf | CallMode::Single => false,
+        };
+        let is_of_calls = self.callback.is_none() && self.part != Part::Full;
+        has_mask && is_of_calls && self.kernel.accepted_output().is_none()
+    }
 
-/// Returns the function's entry, which skips the body if the call has no lanes from `begun` on.
-fn enter_unless_empty(begun: Operand, start: Label, done: Label) -> String {
-    let count = load_count("%count");
-    format!(
-        "{count}  %none = icmp eq i64 %count, {begun}
+    /// Returns the function's entry, which skips the body if the call has no lanes from the first chunk on. `passed` is
+    /// the number of rays that another function has done, none of them if there is a mask.
+    fn enter_unless_empty(&self, passed: Operand, start: Label, done: Label) -> String {
+        let count = load_word("count", offsets::CALL_COUNT, "%count");
+        let begun = self.begun;
+        let mut first = String::new();
+        if begun != passed {
+            first = load_word("first", offsets::CALL_FIRST, "%first");
+            first.push_str(&format!("  {begun} = add i64 %first, {passed}\n"));
+        }
+        format!(
+            "{count}{first}  %none = icmp ule i64 %count, {begun}
   br i1 %none, label %{done}, label %{start}
+"
+        )
+    }
+}
+
+/// Loads a word of the call to a local.
+pub fn load_word(name: &str, offset: u32, local: &str) -> String {
+    format!(
+        "  %{name}.at = getelementptr i8, ptr %call, i64 {offset}
+  %{name}.word = load i32, ptr %{name}.at, align 4
+  {local} = zext i32 %{name}.word to i64
 "
     )
 }

@@ -9,7 +9,7 @@ use rtsl_abi::offsets;
 use rtsl_packet::Kernel;
 use rtsl_packet::kernel::{OpKind, Region};
 
-use crate::emitter::{Emitter, PointerSource, load_count};
+use crate::emitter::{Emitter, PointerSource, load_word};
 use crate::operand::Operand;
 
 /// The fields of a call that the function takes, in the order of its parameters; the number of rays follows them.
@@ -85,7 +85,8 @@ end:
 /// Returns the definitions of `%count`, the number of the call's rays in full chunks of so many, 0 if it has a mask,
 /// and of `%none`, true if there are none.
 pub fn count_of_full_chunks(rays: u32) -> String {
-    let (count, mask) = (load_count("%count.all"), offsets::CALL_MASK);
+    let count = load_word("count", offsets::CALL_COUNT, "%count.all");
+    let mask = offsets::CALL_MASK;
     format!(
         "{count}  %mask.at = getelementptr i8, ptr %call, i64 {mask}
   %mask = load ptr, ptr %mask.at, align 8

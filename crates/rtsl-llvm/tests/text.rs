@@ -331,74 +331,78 @@ fn vectors() {
               %count.at = getelementptr i8, ptr %call, i64 72
               %count.word = load i32, ptr %count.at, align 4
               %count = zext i32 %count.word to i64
-              %none = icmp eq i64 %count, 0
+              %first.at = getelementptr i8, ptr %call, i64 84
+              %first.word = load i32, ptr %first.at, align 4
+              %first = zext i32 %first.word to i64
+              %t1 = add i64 %first, 0
+              %none = icmp ule i64 %count, %t1
               br i1 %none, label %b1, label %b2
             b2:
-              %t1 = getelementptr i8, ptr %call, i64 32
-              %t2 = load ptr, ptr %t1, align 8
-              %t7 = getelementptr i8, ptr %call, i64 16
-              %t8 = load ptr, ptr %t7, align 8
-              %t9 = icmp eq ptr %t8, null
-              %t30 = getelementptr i8, ptr %call, i64 0
-              %t31 = load ptr, ptr %t30, align 8
-              %t32 = getelementptr i8, ptr %t31, i64 136
-              %t33 = load ptr, ptr %t32, align 8
-              %t3 = load float, ptr %t2, align 4
-              %t4 = fmul float %t3, 0x3FE0000000000000
-              %t27 = insertelement <4 x i32> poison, i32 -1, i64 0
-              %t28 = shufflevector <4 x i32> %t27, <4 x i32> poison, <4 x i32> zeroinitializer
-              %t36 = insertelement <4 x float> poison, float %t4, i64 0
-              %t37 = shufflevector <4 x float> %t36, <4 x float> poison, <4 x i32> zeroinitializer
+              %t2 = getelementptr i8, ptr %call, i64 32
+              %t3 = load ptr, ptr %t2, align 8
+              %t8 = getelementptr i8, ptr %call, i64 16
+              %t9 = load ptr, ptr %t8, align 8
+              %t10 = icmp eq ptr %t9, null
+              %t31 = getelementptr i8, ptr %call, i64 0
+              %t32 = load ptr, ptr %t31, align 8
+              %t33 = getelementptr i8, ptr %t32, i64 136
+              %t34 = load ptr, ptr %t33, align 8
+              %t4 = load float, ptr %t3, align 4
+              %t5 = fmul float %t4, 0x3FE0000000000000
+              %t28 = insertelement <4 x i32> poison, i32 -1, i64 0
+              %t29 = shufflevector <4 x i32> %t28, <4 x i32> poison, <4 x i32> zeroinitializer
+              %t37 = insertelement <4 x float> poison, float %t5, i64 0
+              %t38 = shufflevector <4 x float> %t37, <4 x float> poison, <4 x i32> zeroinitializer
               br label %b3
             b3:
-              %t5 = phi i64 [ 0, %b2 ], [ %t6, %b6 ]
-              %t10 = sub nuw i64 %count, %t5
-              %t11 = icmp uge i64 %t10, 4
-              %t12 = and i1 %t11, %t9
-              br i1 %t12, label %b4, label %b7
+              %t6 = phi i64 [ %t1, %b2 ], [ %t7, %b6 ]
+              %t11 = sub nuw i64 %count, %t6
+              %t12 = icmp uge i64 %t11, 4
+              %t13 = and i1 %t12, %t10
+              br i1 %t13, label %b4, label %b7
             b7:
-              %t13 = trunc i64 %t10 to i32
-              %t14 = insertelement <4 x i32> poison, i32 %t13, i64 0
-              %t15 = shufflevector <4 x i32> %t14, <4 x i32> poison, <4 x i32> zeroinitializer
-              %t16 = icmp ugt <4 x i32> %t15, <i32 0, i32 1, i32 2, i32 3>
-              %t17 = zext <4 x i1> %t16 to <4 x i32>
-              %t18 = sub <4 x i32> zeroinitializer, %t17
-              br i1 %t9, label %b4, label %b8
+              %t14 = trunc i64 %t11 to i32
+              %t15 = insertelement <4 x i32> poison, i32 %t14, i64 0
+              %t16 = shufflevector <4 x i32> %t15, <4 x i32> poison, <4 x i32> zeroinitializer
+              %t17 = icmp ugt <4 x i32> %t16, <i32 0, i32 1, i32 2, i32 3>
+              %t18 = zext <4 x i1> %t17 to <4 x i32>
+              %t19 = sub <4 x i32> zeroinitializer, %t18
+              br i1 %t10, label %b4, label %b8
             b8:
-              %t19 = getelementptr i32, ptr %t8, i64 %t5
-              %t20 = load <4 x i32>, ptr %t19, align 4
-              %t21 = icmp ne <4 x i32> %t20, zeroinitializer
-              %t22 = and <4 x i1> %t21, %t16
-              %t23 = zext <4 x i1> %t22 to <4 x i32>
-              %t24 = sub <4 x i32> zeroinitializer, %t23
-              %t25 = bitcast <4 x i1> %t22 to i4
-              %t26 = icmp ne i4 %t25, 0
-              br i1 %t26, label %b4, label %b5
+              %t20 = getelementptr i32, ptr %t9, i64 %t6
+              %t21 = load <4 x i32>, ptr %t20, align 4
+              %t22 = icmp ne <4 x i32> %t21, zeroinitializer
+              %t23 = and <4 x i1> %t22, %t17
+              %t24 = zext <4 x i1> %t23 to <4 x i32>
+              %t25 = sub <4 x i32> zeroinitializer, %t24
+              %t26 = bitcast <4 x i1> %t23 to i4
+              %t27 = icmp ne i4 %t26, 0
+              br i1 %t27, label %b4, label %b5
             b4:
-              %t29 = phi <4 x i32> [ %t28, %b3 ], [ %t18, %b7 ], [ %t24, %b8 ]
-              %t34 = getelementptr i32, ptr %t33, i64 %t5
-              %t35 = load <4 x float>, ptr %t34, align 4
-              %t38 = fmul <4 x float> %t35, %t37
-              br i1 %t12, label %b9, label %b10
+              %t30 = phi <4 x i32> [ %t29, %b3 ], [ %t19, %b7 ], [ %t25, %b8 ]
+              %t35 = getelementptr i32, ptr %t34, i64 %t6
+              %t36 = load <4 x float>, ptr %t35, align 4
+              %t39 = fmul <4 x float> %t36, %t38
+              br i1 %t13, label %b9, label %b10
             b9:
-              %t39 = getelementptr i32, ptr %t33, i64 %t5
-              store <4 x float> %t38, ptr %t39, align 4
+              %t40 = getelementptr i32, ptr %t34, i64 %t6
+              store <4 x float> %t39, ptr %t40, align 4
               br label %b11
             b10:
-              %t40 = icmp slt <4 x i32> %t29, zeroinitializer
-              %t41 = getelementptr i32, ptr %t33, i64 %t5
-              %t42 = load volatile <4 x float>, ptr %t41, align 4
-              %t43 = select <4 x i1> %t40, <4 x float> %t38, <4 x float> %t42
-              store <4 x float> %t43, ptr %t41, align 4
+              %t41 = icmp slt <4 x i32> %t30, zeroinitializer
+              %t42 = getelementptr i32, ptr %t34, i64 %t6
+              %t43 = load volatile <4 x float>, ptr %t42, align 4
+              %t44 = select <4 x i1> %t41, <4 x float> %t39, <4 x float> %t43
+              store <4 x float> %t44, ptr %t42, align 4
               br label %b11
             b11:
               br label %b6
             b5:
               br label %b6
             b6:
-              %t6 = add nuw i64 %t5, 4
-              %t44 = icmp ult i64 %t6, %count
-              br i1 %t44, label %b3, label %b1
+              %t7 = add nuw i64 %t6, 4
+              %t45 = icmp ult i64 %t7, %count
+              br i1 %t45, label %b3, label %b1
             b1:
               ret void
             }
@@ -424,42 +428,46 @@ fn scalars_for_one_ray() {
               %count.at = getelementptr i8, ptr %call, i64 72
               %count.word = load i32, ptr %count.at, align 4
               %count = zext i32 %count.word to i64
-              %none = icmp eq i64 %count, 0
+              %first.at = getelementptr i8, ptr %call, i64 84
+              %first.word = load i32, ptr %first.at, align 4
+              %first = zext i32 %first.word to i64
+              %t1 = add i64 %first, 0
+              %none = icmp ule i64 %count, %t1
               br i1 %none, label %b1, label %b2
             b2:
-              %t1 = getelementptr i8, ptr %call, i64 32
-              %t2 = load ptr, ptr %t1, align 8
-              %t7 = getelementptr i8, ptr %call, i64 16
-              %t8 = load ptr, ptr %t7, align 8
-              %t9 = icmp eq ptr %t8, null
-              %t13 = getelementptr i8, ptr %call, i64 0
-              %t14 = load ptr, ptr %t13, align 8
-              %t15 = getelementptr i8, ptr %t14, i64 136
-              %t16 = load ptr, ptr %t15, align 8
-              %t3 = load float, ptr %t2, align 4
-              %t4 = fmul float %t3, 0x3FE0000000000000
+              %t2 = getelementptr i8, ptr %call, i64 32
+              %t3 = load ptr, ptr %t2, align 8
+              %t8 = getelementptr i8, ptr %call, i64 16
+              %t9 = load ptr, ptr %t8, align 8
+              %t10 = icmp eq ptr %t9, null
+              %t14 = getelementptr i8, ptr %call, i64 0
+              %t15 = load ptr, ptr %t14, align 8
+              %t16 = getelementptr i8, ptr %t15, i64 136
+              %t17 = load ptr, ptr %t16, align 8
+              %t4 = load float, ptr %t3, align 4
+              %t5 = fmul float %t4, 0x3FE0000000000000
               br label %b3
             b3:
-              %t5 = phi i64 [ 0, %b2 ], [ %t6, %b6 ]
-              br i1 %t9, label %b4, label %b7
+              %t6 = phi i64 [ %t1, %b2 ], [ %t7, %b6 ]
+              br i1 %t10, label %b4, label %b7
             b7:
-              %t10 = getelementptr i32, ptr %t8, i64 %t5
-              %t11 = load i32, ptr %t10, align 4
-              %t12 = icmp ne i32 %t11, 0
-              br i1 %t12, label %b4, label %b5
+              %t11 = getelementptr i32, ptr %t9, i64 %t6
+              %t12 = load i32, ptr %t11, align 4
+              %t13 = icmp ne i32 %t12, 0
+              br i1 %t13, label %b4, label %b5
             b4:
-              %t17 = getelementptr i32, ptr %t16, i64 %t5
-              %t18 = load float, ptr %t17, align 4
-              %t19 = fmul float %t18, %t4
-              %t20 = getelementptr i32, ptr %t16, i64 %t5
-              store float %t19, ptr %t20, align 4
+              %t18 = getelementptr i32, ptr %t17, i64 %t6
+              %t19 = load float, ptr %t18, align 4
+              %t20 = fmul float %t19, %t5
+              %t21 = getelementptr i32, ptr %t17, i64 %t6
+              store float %t20, ptr %t21, align 4
               br label %b6
             b5:
               br label %b6
             b6:
-              %t6 = add nuw i64 %t5, 1
-              %t21 = icmp ult i64 %t6, %count
-              br i1 %t21, label %b3, label %b1
+              %t7 = add nuw i64 %t6, 1
+              %t22 = icmp ult i64 %t7, %count
+              br i1 %t22, label %b3, label %b1
             b1:
               ret void
             }
@@ -499,7 +507,7 @@ fn masks_cross_blocks_as_words() {
               %count.at = getelementptr i8, ptr %call, i64 72
               %count.word = load i32, ptr %count.at, align 4
               %count = zext i32 %count.word to i64
-              %none = icmp eq i64 %count, 0
+              %none = icmp ule i64 %count, 0
               br i1 %none, label %b1, label %b2
             b2:
               %t3 = getelementptr i8, ptr %call, i64 16

@@ -84,6 +84,8 @@ impl Case {
             of_rays.for_each(|index| *index = entropy.below(objects) as u32);
             indices
         });
+        // All chunks before that of the first ray that is on are left out.
+        let first_on = seed as usize % 3 * 17;
         let components = rtsl_spec::state_component_count() as usize;
         let mut case = Case {
             instances,
@@ -92,7 +94,7 @@ impl Case {
             few,
             state: LaneBlock::new(components, RAYS),
             scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
-            mask: LaneMask::from_fn(RAYS, |_| entropy.chance(150)),
+            mask: LaneMask::from_fn(RAYS, |ray| ray >= first_on && entropy.chance(150)),
             half: (!is_long_run()).then_some(seed as usize % 2),
             function,
             layout,
