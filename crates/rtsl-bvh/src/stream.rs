@@ -71,6 +71,29 @@ impl StreamRay {
 }
 
 impl RayStream {
+    /// Takes rays in place of all that it has: the components of origins and directions, the greatest parameters of
+    /// hits and the times, each with as many numbers, and the least parameter of each ray.
+    pub fn load(
+        &mut self,
+        ends: [&[f32]; 6],
+        epsilon: impl Fn(usize) -> f32,
+        limits: &[f32],
+        times: &[f32],
+    ) {
+        let count = times.len();
+        let [x, y, z, along_x, along_y, along_z] = ends.map(|column| &column[..count]);
+        let limits = &limits[..count];
+        self.clear();
+        self.rays.extend((0..count).map(|ray| StreamRay {
+            start: [x[ray], y[ray], z[ray], epsilon(ray)],
+            slabs: [0.0; 4],
+        }));
+        self.lines.extend((0..count).map(|ray| StreamLine {
+            along: [along_x[ray], along_y[ray], along_z[ray], limits[ray]],
+        }));
+        self.times.extend_from_slice(times);
+    }
+
     /// Removes all rays.
     pub fn clear(&mut self) {
         self.rays.clear();

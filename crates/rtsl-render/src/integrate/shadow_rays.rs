@@ -153,11 +153,8 @@ impl ShadowRays {
         let Searcher { memory, stream, .. } = searcher;
         for start in (0..self.len()).step_by(RAYS_OF_STREAM) {
             let end = self.len().min(start + RAYS_OF_STREAM);
-            stream.clear();
-            for index in start..end {
-                let limits = (tracer.scene.epsilon, self.ends[6][index]);
-                stream.push(self.origin(index), self.direction(index), limits, self.times[index]);
-            }
+            let [ends @ .., limits] = self.ends.each_ref().map(|column| &column[start..end]);
+            stream.load(ends, |_| tracer.scene.epsilon, limits, &self.times[start..end]);
             tracer.search_stream(memory, stream, Search::Any);
             let free = (start..end).filter(|index| stream.hit(index - start).is_none());
             reached.extend(free.map(|index| index as u32));

@@ -133,26 +133,21 @@ impl Frames {
 }
 
 /// Sets the indices of the objects for which a kernel is called, by lane. Kernels need valid indices for all lanes of
-/// the vectors of `count` lanes.
-pub fn set_objects(
-    objects: &mut LaneIndices,
-    lanes: &PathSet,
-    count: usize,
-    index: impl Fn(u32) -> u32,
-) {
-    let objects = &mut objects.as_mut_slice()[..count.next_multiple_of(VECTOR_PATHS)];
-    objects.fill(0);
+/// the vectors of a call.
+pub fn set_objects(objects: &mut LaneIndices, lanes: &PathSet, index: impl Fn(u32) -> u32) {
+    let objects = objects.as_mut_slice();
+    objects[lanes.range()].fill(0);
     for lane in lanes.paths() {
         objects[*lane as usize] = index(*lane);
     }
 }
 
 /// The same for a column with the indices of so many objects. Paths of other kernels have those of other objects there.
-pub fn take_objects(objects: &mut LaneIndices, indices: &[u32], count: usize) {
-    let last = count as u32 - 1;
+pub fn take_objects(objects: &mut LaneIndices, lanes: &PathSet, indices: &[u32], count: usize) {
+    let (last, lanes) = (count as u32 - 1, lanes.range());
     // No list of the lanes is needed, nor a scattered store.
-    let objects = objects.as_mut_slice().iter_mut();
-    objects.zip(indices).for_each(|(to, index)| *to = (*index).min(last));
+    let objects = objects.as_mut_slice()[lanes.clone()].iter_mut();
+    objects.zip(&indices[lanes]).for_each(|(to, index)| *to = (*index).min(last));
 }
 
 #[cfg(test)]
@@ -165,11 +160,11 @@ mod tests {
         objects.as_mut_slice().fill(9);
         let mut lanes = PathSet::default();
         lanes.set_range(1, 17);
-        set_objects(&mut objects, &lanes, 18, |lane| lane % 2);
+        set_objects(&mut objects, &lanes, |lane| lane % 2);
         let expected = (0..32).map(|lane| u32::from(lane < 18 && lane % 2 == 1));
         assert!(objects.as_slice()[..32].iter().copied().eq(expected));
-        objects.as_mut_slice().fill(9);
-        take_objects(&mut objects, &[5; 3 * VECTOR_PATHS], 3);
-        assert_eq!(objects.as_slice(), [2; 3 * VECTOR_PATHS]);
+        take_objects(&mut objects, &lanes, &[5; 3 * VECTOR_PATHS], 3);
+        assert!(objects.as_slice()[..32].iter().all(|index| *index == 2));
+        assert_eq!(objects.as_slice()[32..], [9; VECTOR_PATHS], "no lane of the call");
     }
 }

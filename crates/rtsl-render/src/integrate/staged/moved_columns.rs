@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl::{Query, ResumedBy, StageKernel, StageSurface, StagedProgram};
+use rtsl::{ResumedBy, StageKernel, StageSurface, StagedProgram};
 
 use super::columns::Columns;
 
@@ -16,6 +16,8 @@ pub struct MovedColumns {
     pub state: Vec<usize>,
     /// The array of the next stage.
     pub next: usize,
+    /// True if the light of paths is among the results; otherwise it stays where they were loaded.
+    pub has_light: bool,
 }
 
 impl MovedColumns {
@@ -28,17 +30,16 @@ impl MovedColumns {
         others: &[StageKernel],
     ) -> MovedColumns {
         let all = || first.iter().chain(others);
-        let is_lit_by_hosts = |kernel: &StageKernel| {
-            let by_host = [Query::Contribute, Query::OwnShade];
-            kernel.contributions > 0 || by_host.iter().any(|query| kernel.queries.contains(query))
-        };
         let stored: BTreeSet<usize> = all().flat_map(|it| it.ports.iter().copied()).collect();
-        let mut sums = BTreeSet::from([columns.searches, columns.shadow_rays]);
-        sums.extend(columns.lit);
-        if program.searches_at_end() && !all().any(is_lit_by_hosts) {
-            // No host changes them.
-            sums.retain(|array| stored.contains(array));
-        }
+        // Hosts count the searches that they make. The light that they add is not in these columns unless stages add to
+        // it, too.
+        let sums = [columns.searches, columns.shadow_rays].into_iter().chain(columns.lit);
+        let is_moved = |array: &usize| {
+            let is_counted = *array == columns.searches && !program.searches_at_end();
+            is_counted || stored.contains(array)
+        };
+        let has_light = columns.lit.iter().any(|array| stored.contains(array));
+        let sums: BTreeSet<usize> = sums.filter(is_moved).collect();
         let mut read: BTreeSet<usize> =
             others.iter().flat_map(|it| it.reads.iter().copied()).collect();
         read.extend(&sums);
@@ -51,6 +52,7 @@ impl MovedColumns {
             results: results.into_iter().collect(),
             state: state.into_iter().collect(),
             next: columns.next,
+            has_light,
         }
     }
 }
@@ -68,20 +70,27 @@ fn read_by_hosts(
             StageSurface::Answer if program.searched().is_some() => {
                 read.extend([columns.group, columns.surface_index]);
             }
-            surface => read.extend(columns.surface(surface)),
+            surface => {
+                // Instances have been looked at before paths are moved.
+                let [object, _, element] = columns.surface(surface);
+                read.extend([object, element]);
+            }
         }
         match stage.resumed_by {
             ResumedBy::Start | ResumedBy::Dispatch => {}
             ResumedBy::NearestHit if program.searches_at_end() => {}
+            ResumedBy::NearestHit | ResumedBy::Occluded => read.extend([columns.time]),
             // Hosts that answer need to know the sample.
-            _ => {
+            ResumedBy::Trace | ResumedBy::Shade | ResumedBy::LightSample => {
                 read.extend([columns.time, columns.key, columns.sample, columns.drawn]);
                 read.extend(columns.counts);
             }
         }
     }
-    let adds_light = |kernel: &StageKernel| kernel.contributions > 0 || kernel.spawns > 0;
-    if kernels.iter().any(adds_light) {
+    if kernels.iter().any(|kernel| kernel.contributions > 0) {
+        read.insert(columns.time);
+    }
+    if kernels.iter().any(|kernel| kernel.spawns > 0) {
         read.extend([columns.time, columns.sample]);
     }
     for prepared in kernels.iter().filter_map(|kernel| kernel.prepared.as_ref()) {

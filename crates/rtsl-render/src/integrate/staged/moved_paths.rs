@@ -39,6 +39,15 @@ impl MovedPaths {
         self.has_moved().then_some(&self.paths)
     }
 
+    /// Returns the arrays to which the paths were loaded, given those in which they are, and the index there of the path
+    /// in each lane, unless it is that of the lane.
+    pub fn loaded<'a>(&'a mut self, paths: &'a mut Blocks) -> (&'a mut Blocks, Option<&'a [u32]>) {
+        match &mut self.loaded {
+            Some(loaded) => (loaded, Some(&self.paths)),
+            None => (paths, None),
+        }
+    }
+
     fn has_moved(&self) -> bool {
         self.loaded.is_some()
     }

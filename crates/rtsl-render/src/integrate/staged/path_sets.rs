@@ -5,7 +5,7 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::LaneBlock;
 
-use super::path_set::{PathSet, VECTOR_PATHS};
+use super::path_set::{PathSet, VECTOR_PATHS, are_sparse};
 
 /// The greatest number of keys for which vectors of paths are compared with each: of more, paths are sorted singly.
 const MAX_COMPARED_KEYS: usize = 8;
@@ -15,6 +15,8 @@ const MAX_COMPARED_KEYS: usize = 8;
 pub struct PathSets {
     sets: Vec<PathSet>,
     keys: usize,
+    /// Memory for the lanes that are copied.
+    copied: Vec<u32>,
 }
 
 impl PathSets {
@@ -73,13 +75,30 @@ impl PathSets {
 
     /// Copies arrays of the paths of each set that is not empty to lanes from its start on.
     pub fn copy(
-        &self,
+        &mut self,
         starts: &[usize],
         arrays: impl Iterator<Item = usize>,
         from: &LaneBlock,
         to: &mut LaneBlock,
     ) {
-        dispatch!(Level::new(), simd => self.copy_arrays(simd, starts, arrays, from, to));
+        let numbers = self.sets().map(|(_, set)| (set.len(), set.vectors()));
+        let (paths, vectors) = numbers.fold((0, 0), |all, set| (all.0 + set.0, all.1 + set.1));
+        if !are_sparse(paths, vectors) {
+            return dispatch!(Level::new(), simd => self.copy_vectors(simd, starts, arrays, from, to));
+        }
+        let mut copied = std::mem::take(&mut self.copied);
+        copied.clear();
+        for ((_, set), start) in self.sets().zip(starts) {
+            // Lanes between sets get those of any path.
+            copied.resize(*start, 0);
+            copied.extend_from_slice(set.paths());
+        }
+        for array in arrays {
+            let from = from.words(array);
+            let to = to.words_mut(array).iter_mut().zip(&copied);
+            to.for_each(|(to, lane)| *to = from[*lane as usize]);
+        }
+        self.copied = copied;
     }
 
     /// Makes the sets that are not empty those of as many adjacent paths, from their starts on.
@@ -89,7 +108,7 @@ impl PathSets {
     }
 
     #[inline(always)]
-    fn copy_arrays<S: Simd>(
+    fn copy_vectors<S: Simd>(
         &self,
         simd: S,
         starts: &[usize],

@@ -1,6 +1,7 @@
 //! Runs the stages of an integrator for a wavefront.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use rtsl::{CallArguments, END, Instances, ResumedBy, SPAWN_FLOATS, StageSurface};
 use rtsl_bvh::{LANES, LaneMask};
@@ -212,12 +213,17 @@ impl StagedPaths<'_> {
         }
         self.trace_shadow_rays();
         let ThreadMemory { shadow_rays, reached, .. } = &mut *self.queries;
-        let scratch = &mut self.frames.paths.scratch;
+        let Frames { paths, moved, .. } = &mut *self.frames;
+        let (blocks, paths) = match self.staged.moved.has_light {
+            true => (paths, None),
+            false => moved.loaded(paths),
+        };
         for (array, colors) in self.staged.columns.lit.iter().zip(&shadow_rays.colors) {
-            let sums = scratch.floats_mut(*array);
+            let sums = blocks.scratch.floats_mut(*array);
             for index in &*reached {
                 let index = *index as usize;
-                sums[shadow_rays.paths[index] as usize] += colors[index];
+                let lane = shadow_rays.paths[index] as usize;
+                sums[paths.map_or(lane, |paths| paths[lane] as usize)] += colors[index];
             }
         }
         shadow_rays.clear();
@@ -234,12 +240,13 @@ impl StagedPaths<'_> {
         shadow_rays.paths.extend_from_slice(contributing.paths());
         contributing.append([(scratch.floats(staged.columns.time), &mut shadow_rays.times)]);
         contributing.append(columns.into_iter().zip(shadow_rays.columns_mut()));
-        for lane in contributing.paths() {
-            let ray = wave.rays.get_mut(moved.path_in(*lane));
-            let sequence =
-                ray.map(|ray| [ray.numbers.begin(Purpose::ShadowRay), ray.numbers.sample]);
-            shadow_rays.sequences.push(sequence.unwrap_or_default());
+        if wave.rays.is_empty() {
+            return shadow_rays.sequences.resize(shadow_rays.paths.len(), [0; 2]);
         }
+        shadow_rays.sequences.extend(contributing.paths().iter().map(|lane| {
+            let numbers = &mut wave.rays[moved.path_in(*lane)].numbers;
+            [numbers.begin(Purpose::ShadowRay), numbers.sample]
+        }));
     }
 
     /// Runs a kernel, which is for the surfaces of one group, for paths.
@@ -268,7 +275,8 @@ impl StagedPaths<'_> {
         let (floats, words) = arrays.split_at(SPAWN_FLOATS);
         let [ends @ .., red, green, blue, bound] = floats else { unreachable!("they are more") };
         let bounds = &scratch.floats(*bound)[..wave.lanes];
-        wave.spawning.weigh(bounds, moved.paths(), importance);
+        let Range { start, end } = paths.range();
+        wave.spawning.weigh(bounds, moved.paths(), start..end.min(wave.lanes), importance);
         let cutoff = tracer.scene.compiled.settings.cutoff;
         contributing.set_followed(paths, importance, cutoff);
         let spawned = &mut queries.spawned;
@@ -315,19 +323,18 @@ impl StagedPaths<'_> {
             return;
         }
         let Frames { paths: Blocks { scratch, .. }, surfaces, moved, .. } = &mut *self.frames;
-        let lanes = self.wave.lanes;
         let surface = staged.program.stages()[stage].surface;
         if surface == StageSurface::None || staged.is_of_material() {
             let indices = &self.wave.objects;
-            return set_objects(surfaces, paths, lanes, |lane| indices[moved.path_in(lane)]);
+            return set_objects(surfaces, paths, |lane| indices[moved.path_in(lane)]);
         }
         if staged.finds_surfaces(stage) {
             let indices = scratch.words(staged.columns.surface_index);
-            return take_objects(surfaces, indices, objects.len());
+            return take_objects(surfaces, paths, indices, objects.len());
         }
         let [objects, _, elements] = staged.columns.surface(surface);
         let (objects, elements) = (scratch.words(objects), scratch.words(elements));
-        set_objects(surfaces, paths, lanes, |lane| {
+        set_objects(surfaces, paths, |lane| {
             let lane = lane as usize;
             staged.surface_of(objects[lane]).index_of(elements[lane])
         });

@@ -22,6 +22,9 @@ use crate::integrate::wavefront::{NO_INSTANCE, Path, PathHit};
 /// The number of operands of a search.
 const REQUEST: usize = ResumedBy::NearestHit.request().len();
 
+/// The index among them of the least distance of hits; 0 means that of the scene.
+const EPSILON: usize = 6;
+
 impl StagedPaths<'_> {
     /// Finds the nearest hits of the requested rays.
     pub fn search(&mut self, paths: &PathSet) {
@@ -49,13 +52,17 @@ impl StagedPaths<'_> {
         self.count_searches(slots);
     }
 
-    /// Copies the requested rays to adjacent lanes.
+    /// Copies the requested rays to adjacent lanes, each with its least distance of hits.
     fn collect_requests(&mut self, paths: &PathSet) {
         let Columns { requests, time, .. } = &self.staged.columns;
         let Frames { paths: Blocks { scratch, .. }, requests: collected, .. } = &mut *self.frames;
         collected.iter_mut().for_each(Vec::clear);
         let columns = requests[..REQUEST].iter().chain([time]).map(|array| scratch.floats(*array));
         paths.append(columns.zip(collected));
+        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
+        for epsilon in &mut self.frames.requests[EPSILON] {
+            *epsilon = if *epsilon > 0.0 { *epsilon } else { epsilon_of_scene };
+        }
     }
 
     /// Moves the origins of collected rays off the surfaces that materials shade.
@@ -70,15 +77,11 @@ impl StagedPaths<'_> {
     /// Finds the hits of a packet of collected rays, whose first is `start`.
     fn search_packet(&mut self, start: usize, slots: &[u32]) {
         let slots = &slots[start..slots.len().min(start + LANES)];
-        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
         let Searcher { memory, packet, .. } = &mut self.queries.searcher;
         let RayPacket { origin, direction, epsilon, limit, time } = &mut **packet;
-        let lanes = origin.iter_mut().chain(direction).chain([&mut *epsilon, limit, time]);
+        let lanes = origin.iter_mut().chain(direction).chain([epsilon, limit, time]);
         for (lanes, column) in lanes.zip(&self.frames.requests) {
             lanes[..slots.len()].copy_from_slice(&column[start..start + slots.len()]);
-        }
-        for epsilon in epsilon {
-            *epsilon = if *epsilon > 0.0 { *epsilon } else { epsilon_of_scene };
         }
         let lanes = LaneMask::MAX >> (LANES - slots.len());
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
@@ -97,15 +100,10 @@ impl StagedPaths<'_> {
     /// Finds the hits of a stream of collected rays, whose first is `start`.
     fn search_stream(&mut self, start: usize, slots: &[u32]) {
         let end = slots.len().min(start + RAYS_OF_STREAM);
-        let epsilon_of_scene = self.tracer.scene.compiled.epsilon;
-        let requests = self.frames.requests.each_ref().map(|column| &column[start..end]);
         let Searcher { memory, stream, .. } = &mut self.queries.searcher;
-        stream.clear();
-        for ray in 0..end - start {
-            let [ox, oy, oz, dx, dy, dz, epsilon, limit, time] = requests.map(|column| column[ray]);
-            let epsilon = if epsilon > 0.0 { epsilon } else { epsilon_of_scene };
-            stream.push([ox, oy, oz], [dx, dy, dz], (epsilon, limit), time);
-        }
+        let requests = self.frames.requests.each_ref().map(|column| &column[start..end]);
+        let [ends @ .., epsilon, limits, times] = requests;
+        stream.load(ends, |ray| epsilon[ray], limits, times);
         let tracer = Tracer { scene: &self.tracer.scene.compiled, errors: self.tracer.errors };
         tracer.search_stream(memory, stream, Search::Closest);
         let hit = |place: usize| {

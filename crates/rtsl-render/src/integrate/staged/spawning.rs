@@ -1,5 +1,7 @@
 //! The state of paths on which the rays and the calls of `shade` that they spawn depend.
 
+use std::ops::Range;
+
 use rtsl_math::sampling::child_key;
 
 use crate::integrate::numbers::{Purpose, count_after, sequence_key};
@@ -23,20 +25,25 @@ impl Spawning {
         self.importance.get(path).copied().unwrap_or(1.0)
     }
 
-    /// Returns in `weights` the weights in the pixel of what lanes spawn with these weights. `paths` has the index of the
-    /// path in each lane, unless it is that of the lane.
-    pub fn weigh(&self, bounds: &[f32], paths: Option<&[u32]>, weights: &mut Vec<f32>) {
-        weights.clear();
+    /// Sets the weights in the pixel of what some lanes spawn with these weights. `paths` has the index of the path in
+    /// each lane, unless it is that of the lane.
+    pub fn weigh(
+        &self,
+        bounds: &[f32],
+        paths: Option<&[u32]>,
+        lanes: Range<usize>,
+        weights: &mut Vec<f32>,
+    ) {
+        weights.resize(bounds.len(), 0.0);
+        let all = weights[lanes.clone()].iter_mut().zip(&bounds[lanes.clone()]);
         match paths {
             None if self.importance.len() >= bounds.len() => {
-                weights.extend(bounds.iter().zip(&self.importance).map(|(bound, own)| own * bound));
+                all.zip(&self.importance[lanes]).for_each(|((to, bound), own)| *to = own * bound);
             }
-            None => weights.extend_from_slice(bounds),
-            Some(paths) => {
-                let importance = |path: &u32| self.importance_of(*path as usize);
-                let all = bounds.iter().zip(paths);
-                weights.extend(all.map(|(bound, path)| importance(path) * bound));
-            }
+            None => all.for_each(|(to, bound)| *to = *bound),
+            Some(paths) => all.zip(&paths[lanes]).for_each(|((to, bound), path)| {
+                *to = self.importance_of(*path as usize) * bound;
+            }),
         }
     }
 
