@@ -61,6 +61,7 @@ pub use compile::loader::{DiskIncludes, FileLoader, IncludeFiles, Unread};
 pub use compile::outline::{ClassOutline, FunctionOutline, Outline, ParameterOutline, Passing};
 pub use compile::unit::{Compilation, Unit};
 pub use engine::engine::Engine;
+pub use engine::host_function::HostFunction;
 pub use engine::light_selector::LightSelector;
 pub use engine::renderer_function::RendererFunction;
 pub use engine::sampler_numbers::SamplerNumbers;

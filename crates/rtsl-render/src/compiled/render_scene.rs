@@ -17,6 +17,7 @@ use crate::film::features::Features;
 use crate::integrate::camera::Camera;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::shading_methods::ShadingMethods;
+use crate::integrate::shading_texts::ShadingTexts;
 use crate::integrate::staged::{BlockSizes, StagedMethod};
 use crate::integrate::wavefront::{NO_INSTANCE, PathHit};
 use crate::lights::Lights;
@@ -48,6 +49,8 @@ pub struct RenderScene {
     pub(crate) lights: Lights,
     /// The numbers of the sampler, for what hosts compute.
     pub(crate) numbers: Arc<SamplerNumbers>,
+    /// The texts about surfaces that materials shade, for what hosts compute.
+    pub(crate) shading_texts: Arc<ShadingTexts>,
     /// The integrator.
     pub(crate) integrator: Integrator,
     /// The camera, once the stages that follow its rays are compiled.

@@ -28,6 +28,7 @@ use crate::film::aov_plan::AovPlan;
 use crate::integrate::camera::Camera;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::shading_methods::{ShadingMethods, ShadingParts};
+use crate::integrate::shading_texts::ShadingTexts;
 use crate::integrate::staged::{StageParts, StagedMethod, Surface, searched_objects, stage_lights};
 use crate::lights::{Lights, probe_lights};
 
@@ -132,6 +133,7 @@ impl<'a> RenderSceneBuilder<'a> {
         }
         let sampler = compiled.settings.sampler;
         let numbers = earlier.map(|it| &it.numbers).filter(|it| *it.sampler() == sampler).cloned();
+        let shading_texts = earlier.map(|it| it.shading_texts.clone());
         let mut made = RenderScene {
             compiled,
             compile_time: Duration::ZERO,
@@ -144,6 +146,7 @@ impl<'a> RenderSceneBuilder<'a> {
             alpha,
             lights,
             numbers: numbers.unwrap_or_else(|| Arc::new(SamplerNumbers::new(engine, sampler))),
+            shading_texts: shading_texts.unwrap_or_else(|| Arc::new(ShadingTexts::new(engine))),
             integrator,
             placed_camera: None,
             shading_methods: ShadingMethods::default(),

@@ -147,7 +147,7 @@ impl RayOfCall {
         let key = self.numbers.begin_child();
         let importance = self.importance * weight;
         is_traced(importance, cutoff).then_some(Path {
-            origin: self.origin_off_surface(origin, direction),
+            origin,
             direction,
             epsilon,
             distance: limit,
@@ -167,7 +167,7 @@ impl RayOfCall {
         SpawnedPath {
             parent,
             depth: depth + 1,
-            origin: self.origin_off_surface(origin, direction),
+            origin,
             direction,
             limit,
             throughput: [0, 1, 2].map(|channel| self.throughput[channel] * weight[channel]),
@@ -182,7 +182,7 @@ impl RayOfCall {
     pub fn shadow_ray(&mut self, ray: &Ray) -> ShadowRay {
         let Ray { origin, direction, limit: distance } = *ray;
         ShadowRay {
-            origin: self.origin_off_surface(origin, direction),
+            origin,
             direction,
             distance,
             time: self.time,
@@ -193,16 +193,11 @@ impl RayOfCall {
         }
     }
 
-    /// Returns the origin of a ray: if it begins on the surface that a material shades, off it.
-    pub fn origin_off_surface(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
-        self.surface.map_or(origin, |surface| surface.leave(origin, direction))
-    }
-
     /// Returns the path of a search along a ray, given the least distance of hits: 0 means that of the scene.
     pub fn search_path(&self, ray: &Ray, epsilon: f32, epsilon_of_scene: f32) -> Path {
         let Ray { origin, direction, limit } = *ray;
         Path {
-            origin: self.origin_off_surface(origin, direction),
+            origin,
             direction,
             epsilon: if epsilon > 0.0 { epsilon } else { epsilon_of_scene },
             distance: limit,
@@ -260,7 +255,7 @@ impl Host for SceneHost<'_> {
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
             let CompiledScene { epsilon, settings, .. } = &self.tracer.scene.compiled;
-            let (ray, weight) = (Ray::of_lane(rays, lane), rays.weight[lane]);
+            let (ray, weight) = (self.leaving(index, Ray::of_lane(rays, lane)), rays.weight[lane]);
             let path = self.rays[index].begin_trace(&ray, weight, *epsilon, settings.cutoff);
             let color = path.map_or([0.0; 3], |path| self.integrate_further(path));
             self.rays[index].note_light(color);
@@ -272,7 +267,8 @@ impl Host for SceneHost<'_> {
         let mut occluded = 0;
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
-            if !self.is_visible(index, &Ray::of_lane(rays, lane)) {
+            let ray = self.leaving(index, Ray::of_lane(rays, lane));
+            if !self.is_visible(index, &ray) {
                 occluded |= 1 << lane;
             }
         }
@@ -351,13 +347,21 @@ impl SceneHost<'_> {
         ray_of(self.slots, lanes, lane)
     }
 
+    /// Returns a ray that begins off the surface that a material shades for the ray with an index.
+    fn leaving(&mut self, index: usize, ray: Ray) -> Ray {
+        let Ray { origin, direction, limit } = ray;
+        let surface = self.rays[index].surface.as_ref();
+        let origin = self.queries.shading_calls.leave(surface, origin, direction);
+        Ray { origin, direction, limit }
+    }
+
     fn nearest_hits(&mut self, lanes: LaneSet, operands: &[LaneWords], results: &mut [LaneWords]) {
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
-            let state = &mut self.rays[index];
             let (origin, direction) = (vector(operands, 0, lane), vector(operands, 3, lane));
             let (epsilon, limit) = (number(operands, 6, lane), number(operands, 7, lane));
-            let ray = Ray { origin, direction, limit };
+            let ray = self.leaving(index, Ray { origin, direction, limit });
+            let state = &mut self.rays[index];
             let path = state.search_path(&ray, epsilon, self.tracer.scene.compiled.epsilon);
             let ThreadMemory { wavefront, searcher, batch, rays, .. } = &mut *self.queries;
             begin(wavefront, path);
@@ -382,20 +386,21 @@ impl SceneHost<'_> {
     /// Notes contributions, which are added if nothing blocks them once their rays are traced.
     fn contribute(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
         for lane in lanes.iter() {
-            let ray = self.ray_of(lanes, lane);
-            let ray = &mut self.rays[ray];
-            let Ray { mut origin, direction, limit } = Ray::of_operands(operands, lane);
+            let index = self.ray_of(lanes, lane);
+            let mut ray = Ray::of_operands(operands, lane);
             let mut color = vector(operands, 7, lane);
             if !self.is_of_stages {
-                origin = ray.origin_off_surface(origin, direction);
-                if ray.weighs_light {
-                    (0..3).for_each(|channel| color[channel] *= ray.weight[channel]);
+                ray = self.leaving(index, ray);
+                let RayOfCall { weighs_light, weight, .. } = &self.rays[index];
+                if *weighs_light {
+                    (0..3).for_each(|channel| color[channel] *= weight[channel]);
                 }
             }
             if color == [0.0; 3] {
                 continue;
             }
-            let RayOfCall { numbers, time, .. } = ray;
+            let Ray { origin, direction, limit } = ray;
+            let RayOfCall { numbers, time, .. } = &mut self.rays[index];
             self.queries.shadow_rays.push(&ShadowRay {
                 origin,
                 direction,
@@ -413,7 +418,8 @@ impl SceneHost<'_> {
     fn spawn(&mut self, lanes: LaneSet, operands: &[LaneWords]) {
         for lane in lanes.iter() {
             let index = self.ray_of(lanes, lane);
-            let (ray, weight) = (Ray::of_operands(operands, lane), vector(operands, 7, lane));
+            let ray = self.leaving(index, Ray::of_operands(operands, lane));
+            let weight = vector(operands, 7, lane);
             let path = self.rays[index].spawn(&ray, weight, index as u32, self.depth);
             self.follow(&path);
         }

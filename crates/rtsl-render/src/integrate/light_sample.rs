@@ -2,7 +2,6 @@
 
 use rtsl::host::{LaneFloats, LaneSet, LaneWords, LightLanes, LightQueryLanes};
 use rtsl::{MAX_ANSWERS, QueryColumns, ResumedBy};
-use rtsl_math::dot;
 
 use super::host::{Ray, RayOfCall, SceneHost};
 use super::memory::ThreadMemory;
@@ -10,6 +9,7 @@ use super::numbers::Purpose;
 use super::path_tracer::PathTracer;
 use super::rows::{BATCH_LANES, are_finite, get};
 use super::shading_batch::ShadingBatch;
+use super::shading_texts::Cone;
 use super::shadow_rays::ShadowRay;
 use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
@@ -27,10 +27,7 @@ pub struct LightPoint {
     light: u32,
     /// The point, in world space.
     point: [f32; 3],
-    /// The axis of the cone from which light is taken, of any length.
-    axis: [f32; 3],
-    /// The least cosine between axis and light; -infinity for no cone.
-    cosine: f32,
+    cone: Cone,
 }
 
 /// Light that reaches a point.
@@ -53,32 +50,14 @@ impl LightPoint {
             ray,
             light: operands[0],
             point: [1, 2, 3].map(number),
-            axis: [4, 5, 6].map(number),
-            cosine: number(7),
+            cone: Cone { axis: [4, 5, 6].map(number), cosine: number(7) },
         }
     }
 
     fn of_lane(ray: u32, light: u32, query: &LightQueryLanes, lane: usize) -> LightPoint {
         let vector = |from: &[LaneFloats; 3]| [0, 1, 2].map(|axis: usize| from[axis][lane]);
         let (point, axis) = (vector(&query.point), vector(&query.normal));
-        LightPoint { ray, light, point, axis, cosine: query.cosine[lane] }
-    }
-
-    /// True if a sample of the point's light is not black, and comes from within the cone.
-    fn is_lit_by(&self, sample: &LightAtPoint, scene: &RenderScene) -> bool {
-        let is_light = (self.light as usize) < scene.lights.entries.len();
-        is_light && sample.color != [0.0; 3] && self.is_within(sample.direction)
-    }
-
-    fn has_cone(&self) -> bool {
-        self.cosine != f32::NEG_INFINITY
-    }
-
-    /// True if light from a direction comes from within the cone.
-    fn is_within(&self, direction: [f32; 3]) -> bool {
-        let length = dot(self.axis, self.axis).sqrt();
-        let axis = if length > 0.0 { self.axis.map(|it| it / length) } else { [0.0; 3] };
-        !self.has_cone() || dot(axis, direction) >= self.cosine
+        LightPoint { ray, light, point, cone: Cone { axis, cosine: query.cosine[lane] } }
     }
 }
 
@@ -154,16 +133,14 @@ impl SceneHost<'_> {
             LightPoint::new(self.ray_of(lanes, lane) as u32, &operands)
         };
         let points: Vec<LightPoint> = lanes.iter().map(point).collect();
-        load_samples(scene, errors, &points, self.rays, self.queries);
+        let samples = load_samples(scene, errors, &points, self.rays, self.queries);
         let batch = &self.queries.batch;
-        for (place, (lane, point)) in lanes.iter().zip(&points).enumerate() {
-            let sample = LightAtPoint::of_batch(batch, place);
-            if point.is_lit_by(&sample, scene) {
-                let limit = batch.light.distance[place].to_bits();
-                let [_, light @ ..] = LightAtPoint::answer(&Some(sample));
-                let words = [1].into_iter().chain(light).chain([limit]);
-                results.iter_mut().zip(words).for_each(|(result, word)| result[lane] = word);
-            }
+        for (place, (lane, sample)) in lanes.iter().zip(samples).enumerate() {
+            let Some(sample) = sample else { continue };
+            let limit = batch.light.distance[place].to_bits();
+            let [_, light @ ..] = LightAtPoint::answer(&Some(sample));
+            let words = [1].into_iter().chain(light).chain([limit]);
+            results.iter_mut().zip(words).for_each(|(result, word)| result[lane] = word);
         }
     }
 }
@@ -184,28 +161,23 @@ pub fn sample_for_shade(
     }
     let batches = points.chunks(BATCH_LANES).zip(answers.chunks_mut(BATCH_LANES));
     for (points, answers) in batches {
-        load_samples(scene, errors, points, rays, queries);
-        let ThreadMemory { batch, shadow_rays, .. } = &mut *queries;
-        let mut samples = Vec::with_capacity(points.len());
-        for (place, point) in points.iter().enumerate() {
-            let sample = LightAtPoint::of_batch(batch, place);
-            if point.is_lit_by(&sample, scene) {
-                let ray = &mut rays[point.ray as usize];
-                let shadow_ray = ray.shadow_ray(&Ray {
-                    origin: point.point,
-                    direction: sample.direction,
-                    limit: batch.light.distance[place],
-                });
-                shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
-            }
-            samples.push(sample);
+        let samples = load_samples(scene, errors, points, rays, queries);
+        let ThreadMemory { batch, shadow_rays, shading_calls, .. } = &mut *queries;
+        for (place, (point, sample)) in points.iter().zip(&samples).enumerate() {
+            let Some(LightAtPoint { direction, .. }) = *sample else { continue };
+            let ray = &mut rays[point.ray as usize];
+            let origin = shading_calls.leave(ray.surface.as_ref(), point.point, direction);
+            let limit = batch.light.distance[place];
+            let shadow_ray = ray.shadow_ray(&Ray { origin, direction, limit });
+            shadow_rays.push(&ShadowRay { path: place as u32, ..shadow_ray });
         }
         queries.trace_shadow_rays(scene, errors);
         let ThreadMemory { shadow_rays, reached, .. } = &mut *queries;
         for index in reached {
             let place = shadow_rays.paths[*index as usize] as usize;
-            answers[place] = Some(samples[place]);
-            let color = samples[place].color;
+            let Some(sample) = samples[place] else { continue };
+            answers[place] = Some(sample);
+            let color = sample.color;
             if !are_finite(&color) {
                 rays[points[place].ray as usize].note_light(color);
                 if finds_causes {
@@ -224,21 +196,24 @@ pub fn report_light(scene: &RenderScene, errors: &RuntimeErrors, entry: u32) {
     errors.report_not_finite(class, method, 1);
 }
 
-/// Loads points as a batch, for which they are not too many, and samples their lights.
+/// Loads points as a batch, for which they are not too many, and samples their lights. Returns the samples that are not
+/// black, and come from within the cones.
 fn load_samples(
     scene: &RenderScene,
     errors: &RuntimeErrors,
     points: &[LightPoint],
     rays: &mut [RayOfCall],
     queries: &mut ThreadMemory,
-) {
-    let ThreadMemory { batch, light, .. } = &mut *queries;
+) -> Vec<Option<LightAtPoint>> {
+    let ThreadMemory { batch, light, shading_calls, .. } = &mut *queries;
     batch.count = points.len();
-    for (place, point) in points.iter().enumerate() {
+    let surface = |point: &LightPoint| rays[point.ray as usize].surface;
+    let normal = |point| surface(point).map_or([0.0; 3], |surface| surface.normal());
+    let sides = shading_calls.lit_sides(points.iter().map(|point| (normal(point), point.cone)));
+    for (place, (point, side)) in points.iter().zip(sides).enumerate() {
         let ray = &mut rays[point.ray as usize];
-        let axis = point.has_cone().then_some(point.axis);
         let up = [[0.0, 0.0, 1.0]; 2];
-        let normals = ray.surface.map_or(up, |surface| surface.lit_normals(axis));
+        let normals = ray.surface.map_or(up, |surface| surface.lit_normals(*side));
         batch.surfaces.set_vector(QueryColumns::POINT, place, point.point);
         batch.surfaces.set_vector(QueryColumns::GEOMETRIC_NORMAL, place, normals[0]);
         batch.surfaces.set_vector(QueryColumns::SHADING_NORMAL, place, normals[1]);
@@ -249,7 +224,16 @@ fn load_samples(
         batch.samples[place] = ray.numbers.sample;
         batch.keys[place] = ray.numbers.begin(Purpose::LightSample);
     }
-    let last = scene.lights.entries.len() as u32 - 1;
-    let chosen: Vec<u32> = points.iter().map(|point| point.light.min(last)).collect();
+    let count = scene.lights.entries.len() as u32;
+    let chosen: Vec<u32> = points.iter().map(|point| point.light.min(count - 1)).collect();
     light.sample_chosen(scene, errors, batch, &chosen, Weights::Left);
+    let samples = (0..points.len()).map(|place| LightAtPoint::of_batch(batch, place));
+    let lit = shading_calls.are_in_cones(
+        samples
+            .clone()
+            .zip(points)
+            .map(|(sample, point)| (sample.direction, sample.color, point.cone)),
+    );
+    let lit = lit.zip(points).map(|(is_in_cone, point)| is_in_cone && point.light < count);
+    samples.zip(lit).map(|(sample, is_lit)| is_lit.then_some(sample)).collect()
 }

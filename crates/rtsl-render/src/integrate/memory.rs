@@ -5,6 +5,7 @@ use super::drawn_numbers::DrawnNumbers;
 use super::integrator_memory::IntegratorMemory;
 use super::searcher::Searcher;
 use super::shading_batch::ShadingBatch;
+use super::shading_texts::ShadingCalls;
 use super::shadow_rays::ShadowRays;
 use super::spawned_paths::SpawnedPaths;
 use super::suspect::Suspect;
@@ -34,6 +35,8 @@ pub struct ThreadMemory {
     pub spawned: SpawnedPaths,
     /// The numbers of the sampler.
     pub drawn_numbers: DrawnNumbers,
+    /// The texts about surfaces that materials shade.
+    pub shading_calls: ShadingCalls,
     /// The memory of searches.
     pub searcher: Searcher,
     /// The memory of camera rays.
@@ -68,6 +71,7 @@ impl ThreadMemory {
             suspects: Vec::new(),
             spawned: SpawnedPaths::default(),
             drawn_numbers: DrawnNumbers::new(&scene.numbers),
+            shading_calls: ShadingCalls::new(&scene.shading_texts),
             searcher: Searcher::new(scene),
             camera: CameraMemory::default(),
             integrator: None,

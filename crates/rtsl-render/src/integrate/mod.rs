@@ -33,6 +33,7 @@ pub(crate) mod shaded_surface;
 pub(crate) mod shading;
 pub(crate) mod shading_batch;
 pub(crate) mod shading_methods;
+pub(crate) mod shading_texts;
 pub(crate) mod shadow_rays;
 pub(crate) mod sky_calls;
 pub(crate) mod spawned_paths;

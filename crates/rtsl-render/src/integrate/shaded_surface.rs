@@ -1,7 +1,6 @@
 //! The surface that a material shades, as its rays and light samples know it.
 
 use rtsl::QueryColumns;
-use rtsl_math::dot;
 
 use super::shading_batch::ShadingBatch;
 
@@ -19,6 +18,16 @@ pub struct ShadedSurface {
 }
 
 impl ShadedSurface {
+    /// A surface with these properties, in the order of the fields.
+    pub fn new(
+        point: [f32; 3],
+        offset: f32,
+        geometric_normal: [f32; 3],
+        shading_normal: [f32; 3],
+    ) -> ShadedSurface {
+        ShadedSurface { point, offset, geometric_normal, shading_normal }
+    }
+
     /// Returns the point.
     pub fn point(&self) -> [f32; 3] {
         self.point
@@ -54,64 +63,9 @@ impl ShadedSurface {
         })
     }
 
-    /// Returns the origin of a ray: if it begins on the surface, within rounding, off it on the side that the ray leads
-    /// to. Materials may have moved it along the surface. Other origins stay unchanged.
-    pub fn leave(&self, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
-        leaving(self.point, self.geometric_normal, self.offset, origin, direction)
-    }
-
-    /// Returns the geometric and the shading normal on the side for which light is requested: that from which the ray
-    /// came, or the other if a cone around `axis` points there. Environment lights sample around them.
-    pub fn lit_normals(&self, axis: Option<[f32; 3]>) -> [[f32; 3]; 2] {
-        let is_behind = axis.is_some_and(|axis| dot(self.geometric_normal, axis) < 0.0);
-        let side = if is_behind { -1.0 } else { 1.0 };
+    /// Returns the geometric and the shading normal on the side for which light is requested: 1 for that from which the
+    /// ray came, -1 for the other. Environment lights sample around them.
+    pub fn lit_normals(&self, side: f32) -> [[f32; 3]; 2] {
         [self.geometric_normal, self.shading_normal].map(|normal| normal.map(|it| it * side))
-    }
-}
-
-/// As [`ShadedSurface::leave`], given the point, the geometric normal and the offset.
-#[inline(always)]
-pub fn leaving(
-    point: [f32; 3],
-    normal: [f32; 3],
-    offset: f32,
-    origin: [f32; 3],
-    direction: [f32; 3],
-) -> [f32; 3] {
-    let axes = [0, 1, 2];
-    let height = dot(axes.map(|axis: usize| origin[axis] - point[axis]), normal);
-    if height.abs() > offset || height.is_nan() {
-        return origin;
-    }
-    let offset = offset.copysign(dot(direction, normal));
-    axes.map(|axis: usize| origin[axis] + normal[axis] * offset)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FLOOR: ShadedSurface = ShadedSurface {
-        point: [1.0, 0.0, 2.0],
-        offset: 0.25,
-        geometric_normal: [0.0, 1.0, 0.0],
-        shading_normal: [0.6, 0.8, 0.0],
-    };
-
-    #[test]
-    fn rays_that_begin_on_the_surface_leave_it() {
-        assert_eq!(FLOOR.leave([3.0, 0.125, 0.0], [0.0, 1.0, 0.0]), [3.0, 0.375, 0.0]);
-        assert_eq!(FLOOR.leave([3.0, 0.0, 0.0], [1.0, -1.0, 0.0]), [3.0, -0.25, 0.0]);
-        let elsewhere = [3.0, 0.5, 0.0];
-        assert_eq!(FLOOR.leave(elsewhere, [0.0, 1.0, 0.0]), elsewhere);
-        let nowhere = FLOOR.leave([f32::NAN, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        assert!(nowhere[0].is_nan() && nowhere[1] == 0.0);
-    }
-
-    #[test]
-    fn cones_turn_the_normals_to_their_side() {
-        let [geometric, shading] = FLOOR.lit_normals(Some([0.0, -3.0, 0.0]));
-        assert_eq!((geometric, shading), ([-0.0, -1.0, -0.0], [-0.6, -0.8, -0.0]));
-        assert_eq!(FLOOR.lit_normals(None)[1], FLOOR.shading_normal);
     }
 }

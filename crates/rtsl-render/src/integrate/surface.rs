@@ -129,7 +129,8 @@ impl SceneHost<'_> {
         for (place, Asking { lane, ray, hit }) in asking.iter().enumerate() {
             let state = &self.rays[*ray];
             let (origin, direction) = (vector(operands, 6, *lane), vector(operands, 9, *lane));
-            let origin = state.origin_off_surface(origin, direction);
+            let calls = &mut self.queries.shading_calls;
+            let origin = calls.leave(state.surface.as_ref(), origin, direction);
             paths.push(Path {
                 origin,
                 direction,

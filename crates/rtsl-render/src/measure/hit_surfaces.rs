@@ -67,7 +67,7 @@ pub fn light_rays(
     let mut found = [None; LANES];
     for (place, lane) in lanes.iter().copied().enumerate() {
         let Some(surface) = &surfaces[lane] else { continue };
-        let [geometric, shading] = surface.lit_normals(None);
+        let [geometric, shading] = surface.lit_normals(1.0);
         batch.surfaces.set_vector(QueryColumns::POINT, place, surface.point());
         batch.surfaces.set_vector(QueryColumns::GEOMETRIC_NORMAL, place, geometric);
         batch.surfaces.set_vector(QueryColumns::SHADING_NORMAL, place, shading);

@@ -10,7 +10,7 @@ use crate::compiled::render_scene::RenderScene;
 use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
 use crate::integrate::memory::ThreadMemory;
-use crate::integrate::shaded_surface::ShadedSurface;
+use crate::integrate::shading_texts::ShadingCalls;
 use crate::schedule::tile::Tile;
 use crate::schedule::tile_samples::TileSamples;
 
@@ -18,6 +18,15 @@ use crate::schedule::tile_samples::TileSamples;
 pub struct Packet {
     pub rays: RayPacket,
     pub lanes: LaneMask,
+}
+
+impl Packet {
+    /// Sets the ray of a lane.
+    fn add(&mut self, lane: usize, origin: [f32; 3], direction: [f32; 3], limit: f32) {
+        self.rays.set(lane, origin, direction);
+        self.rays.limit[lane] = limit;
+        self.lanes |= 1 << lane;
+    }
 }
 
 /// Rays of each kind except primary rays, which are generated as they are traced.
@@ -66,7 +75,8 @@ impl RaySets {
         let surfaces =
             surfaces_of_hits(scene, errors, &mut memory.batch, &camera.rays, lanes, &hits);
         let leaving = Leaving { epsilon: *epsilon, surfaces: &surfaces, time: &camera.rays.time };
-        self.secondary.extend(Some(leaving.secondary(index)).filter(|packet| packet.lanes != 0));
+        let secondary = leaving.secondary(&mut memory.shading_calls, index);
+        self.secondary.extend(Some(secondary).filter(|packet| packet.lanes != 0));
         let shadow = leaving.shadow(scene, errors, memory, index);
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
     }
@@ -81,14 +91,15 @@ struct Leaving<'a> {
 
 impl Leaving<'_> {
     /// Rays with cosine-distributed directions: the sum of a unit normal and a random unit vector.
-    fn secondary(&self, index: usize) -> Packet {
+    fn secondary(&self, calls: &mut ShadingCalls, index: usize) -> Packet {
         let mut random = RandomNumbers::new(RandomNumbers::OF_SECONDARY_RAYS, index);
         let mut packet = self.no_rays();
         for (lane, surface) in self.surfaces.iter().enumerate() {
             let Some(surface) = surface else { continue };
             let (normal, sphere) = (surface.normal(), random.on_sphere());
             let direction = std::array::from_fn(|axis| normal[axis] + sphere[axis]);
-            self.add(&mut packet, lane, surface, direction, f32::INFINITY);
+            let origin = calls.leave(Some(surface), surface.point(), direction);
+            packet.add(lane, origin, direction, f32::INFINITY);
         }
         packet
     }
@@ -107,7 +118,9 @@ impl Leaving<'_> {
         for (lane, (surface, ray)) in self.surfaces.iter().zip(rays).enumerate() {
             let Some((surface, (direction, limit))) = surface.as_ref().zip(ray) else { continue };
             if dot(surface.normal(), direction) > 0.0 {
-                self.add(&mut packet, lane, surface, direction, limit);
+                let calls = &mut memory.shading_calls;
+                let origin = calls.leave(Some(surface), surface.point(), direction);
+                packet.add(lane, origin, direction, limit);
             }
         }
         Some(packet)
@@ -117,19 +130,6 @@ impl Leaving<'_> {
         let epsilon = [self.epsilon; LANES];
         let rays = RayPacket { time: *self.time, epsilon, ..RayPacket::default() };
         Packet { rays, lanes: 0 }
-    }
-
-    fn add(
-        &self,
-        packet: &mut Packet,
-        lane: usize,
-        surface: &ShadedSurface,
-        direction: [f32; 3],
-        limit: f32,
-    ) {
-        packet.rays.set(lane, surface.leave(surface.point(), direction), direction);
-        packet.rays.limit[lane] = limit;
-        packet.lanes |= 1 << lane;
     }
 }
 

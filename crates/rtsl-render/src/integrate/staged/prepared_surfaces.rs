@@ -83,12 +83,14 @@ impl StagedPaths<'_> {
     /// Moves the origins of the rays of a batch off the surfaces that materials shade, as those of their searches.
     fn leave_shaded_surfaces(&mut self, called: &[PathHit]) {
         let requested = Requested::of(&self.frames.paths.scratch, self.staged);
-        let surfaces = &mut self.queries.batch.surfaces;
+        let ThreadMemory { batch, shading_calls, .. } = &mut *self.queries;
+        let surfaces = &mut batch.surfaces;
         for (lane, called) in called.iter().enumerate() {
             let origin = surfaces.vector(QueryColumns::ORIGIN, lane);
             let direction = surfaces.vector(QueryColumns::DIRECTION, lane);
-            let moved = requested.leaving(called.path, origin, direction);
-            surfaces.set_vector(QueryColumns::ORIGIN, lane, moved);
+            let shaded = requested.shaded(called.path);
+            let left = shading_calls.leave(shaded.as_ref(), origin, direction);
+            surfaces.set_vector(QueryColumns::ORIGIN, lane, left);
         }
     }
 

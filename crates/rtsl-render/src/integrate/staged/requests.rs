@@ -19,19 +19,16 @@ use crate::integrate::memory::ThreadMemory;
 use crate::integrate::numbers::Purpose;
 use crate::integrate::path_tracer::PathTracer;
 use crate::integrate::rows::are_finite;
-use crate::integrate::shaded_surface::leaving;
+use crate::integrate::shaded_surface::ShadedSurface;
 use crate::integrate::shading::{DeferredLight, RayOfShading, ShadingRequest};
+use crate::integrate::shading_texts::ShadingCalls;
 use crate::integrate::shadow_rays::ShadowRays;
 
 /// The number of operands of a request for a ray: its origin and direction.
 const ENDS: usize = 6;
 
-/// The indices of the offset and of the geometric normal of a shaded surface; the point comes first.
-const OFFSET: usize = 3;
-const NORMAL: usize = 4;
-
-/// The number of columns up to the end of that normal.
-const SHADED: usize = NORMAL + 3;
+/// The number of columns with the point, the offset and the geometric normal of a shaded surface, which come first.
+const SHADED: usize = 7;
 
 /// The port of the index of a light in requests for samples.
 const LIGHT_INDEX: usize = ResumedBy::LightSample.request()[0] as usize;
@@ -64,9 +61,15 @@ impl<'a> Requested<'a> {
     }
 
     /// Appends shadow rays of some paths to columns that have none yet.
-    fn append_rays(&self, slots: &[u32], ray: &RayColumns, to: &mut ShadowRays) {
+    fn append_rays(
+        &self,
+        slots: &[u32],
+        ray: &RayColumns,
+        calls: &mut ShadingCalls,
+        to: &mut ShadowRays,
+    ) {
         let [ends @ .., limits] = &mut to.ends;
-        self.append_ends(slots, &ray.ends, ends);
+        self.append_ends(slots, &ray.ends, calls, ends);
         let gather = |array: usize| {
             let column = self.scratch.floats(array);
             slots.iter().map(|slot| column[*slot as usize])
@@ -79,41 +82,58 @@ impl<'a> Requested<'a> {
     }
 
     /// Appends the origins and directions of the rays of some paths to columns that have none yet.
-    fn append_ends(&self, slots: &[u32], of: &[usize; ENDS], ends: &mut [Vec<f32>; ENDS]) {
+    fn append_ends(
+        &self,
+        slots: &[u32],
+        of: &[usize; ENDS],
+        calls: &mut ShadingCalls,
+        ends: &mut [Vec<f32>; ENDS],
+    ) {
         for (column, array) in ends.iter_mut().zip(of) {
             let numbers = self.scratch.floats(*array);
             column.extend(slots.iter().map(|slot| numbers[*slot as usize]));
         }
-        self.leave_surfaces(slots, ends);
+        self.leave_surfaces(slots, calls, ends);
     }
 
     /// Moves the origins of rays of some paths off the surfaces that these shade.
-    pub fn leave_surfaces(&self, slots: &[u32], ends: &mut [Vec<f32>; ENDS]) {
-        if self.shaded.is_none() {
-            return;
-        }
-        for (index, slot) in slots.iter().enumerate() {
-            let end = |first: usize| [0, 1, 2].map(|axis: usize| ends[first + axis][index]);
-            let origin = self.leaving(*slot, end(0), end(3));
-            (0..3).for_each(|axis| ends[axis][index] = origin[axis]);
-        }
+    pub fn leave_surfaces(
+        &self,
+        slots: &[u32],
+        calls: &mut ShadingCalls,
+        ends: &mut [Vec<f32>; ENDS],
+    ) {
+        let Some(shaded) = &self.shaded else { return };
+        let (origins, directions) = ends.split_at_mut(3);
+        let [x, y, z] = [0, 1, 2].map(|axis| origins[axis].clone());
+        let ray = |index: usize| {
+            let direction = [0, 1, 2].map(|axis: usize| directions[axis][index]);
+            (surface_of(shaded, slots[index]), [x[index], y[index], z[index]], direction)
+        };
+        calls.leave_all(slots.len(), ray, |index, origin| {
+            (0..3).for_each(|axis| origins[axis][index] = origin[axis]);
+        });
     }
 
-    /// Returns the origin of a ray of a path: if it begins on the surface that the path shades, off it.
-    pub fn leaving(&self, slot: u32, origin: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
-        let Some(columns) = &self.shaded else { return origin };
-        let shaded = |index: usize| columns[index][slot as usize];
-        let vector = |first: usize| [0, 1, 2].map(|axis: usize| shaded(first + axis));
-        leaving(vector(0), vector(NORMAL), shaded(OFFSET), origin, direction)
+    /// Returns the surface that a path shades; `None` if no path shades any.
+    pub fn shaded(&self, slot: u32) -> Option<ShadedSurface> {
+        Some(surface_of(self.shaded.as_ref()?, slot))
     }
 
     /// Loads the rays of some paths as paths of other stages, without their keys.
-    fn load(&self, slots: &[u32], epsilon: f32, frames: &mut Frames, columns: &Columns) {
+    fn load(
+        &self,
+        slots: &[u32],
+        epsilon: f32,
+        calls: &mut ShadingCalls,
+        frames: &mut Frames,
+        columns: &Columns,
+    ) {
         let Blocks { state, scratch } = &mut frames.paths;
         let v = variables();
         let mut ends: [Vec<f32>; ENDS] = Default::default();
         let of = array::from_fn(|index| self.columns.requests[index]);
-        self.append_ends(slots, &of, &mut ends);
+        self.append_ends(slots, &of, calls, &mut ends);
         for (component, ..) in ray_components() {
             state.floats_mut(component)[..slots.len()].fill(0.0);
         }
@@ -151,7 +171,8 @@ impl StagedPaths<'_> {
         let ends = array::from_fn(|index| requests[index]);
         let ray = RayColumns { ends, limit: requests[ENDS], time };
         let requested = Requested::of(&self.frames.paths.scratch, self.staged);
-        requested.append_rays(slots, &ray, &mut self.queries.shadow_rays);
+        let ThreadMemory { shadow_rays, shading_calls, .. } = &mut *self.queries;
+        requested.append_rays(slots, &ray, shading_calls, shadow_rays);
         self.count_shadow_rays(slots);
         self.trace_shadow_rays();
         let answers = self.frames.paths.scratch.words_mut(self.staged.columns.answers[0]);
@@ -186,9 +207,10 @@ impl StagedPaths<'_> {
         {
             let requested = Requested::of(&self.frames.paths.scratch, self.staged);
             let epsilon = self.tracer.scene.compiled.epsilon;
+            let calls = &mut self.queries.shading_calls;
             let counts = further.with_memory(|memory| {
                 let load = |run: &mut StagedPaths<'_>| {
-                    requested.load(&traced, epsilon, run.frames, &staged.columns);
+                    requested.load(&traced, epsilon, calls, run.frames, &staged.columns);
                     let own_keys = run.frames.paths.scratch.words_mut(staged.columns.key);
                     own_keys[..keys.len()].copy_from_slice(&keys);
                     run.wave.spawning.importance.copy_from_slice(&importance);
@@ -292,7 +314,8 @@ impl StagedPaths<'_> {
         let [ox, oy, oz, ..] = requests;
         let [_, dx, dy, dz, ..] = answers;
         let ray = RayColumns { ends: [ox, oy, oz, dx, dy, dz], limit: shadow_limit, time };
-        requested.append_rays(&lit, &ray, &mut self.queries.shadow_rays);
+        let ThreadMemory { shadow_rays, shading_calls, .. } = &mut *self.queries;
+        requested.append_rays(&lit, &ray, shading_calls, shadow_rays);
         self.count_shadow_rays(&lit);
         self.trace_shadow_rays();
         let PathTracer { scene, errors, finds_causes, .. } = self.tracer;
@@ -349,6 +372,12 @@ impl StagedPaths<'_> {
             }
         }
     }
+}
+
+/// Returns the surface of a path, as far as rays that leave it need to know.
+fn surface_of(columns: &[&[f32]; SHADED], slot: u32) -> ShadedSurface {
+    let [x, y, z, offset, normal @ ..] = columns.map(|column| column[slot as usize]);
+    ShadedSurface::new([x, y, z], offset, normal, normal)
 }
 
 /// Returns the columns of the operands of requests for an event.

@@ -70,7 +70,7 @@ impl StagedPaths<'_> {
         let Frames { paths: Blocks { scratch, .. }, requests, .. } = &mut *self.frames;
         let requested = Requested::of(scratch, self.staged);
         if let Some(ends) = requests.first_chunk_mut() {
-            requested.leave_surfaces(slots, ends);
+            requested.leave_surfaces(slots, &mut self.queries.shading_calls, ends);
         }
     }
 
@@ -139,8 +139,10 @@ impl StagedPaths<'_> {
         let mut paths = std::mem::take(&mut self.queries.wavefront.paths);
         paths.clear();
         for (slot, [.., distance]) in &cut {
-            let (ray, epsilon) = self.requested(*slot);
+            let (mut ray, epsilon) = self.requested(*slot);
             let state = &self.wave.rays[self.frames.path_in(*slot)];
+            let calls = &mut self.queries.shading_calls;
+            ray.origin = calls.leave(state.surface.as_ref(), ray.origin, ray.direction);
             let path = state.search_path(&ray, epsilon, epsilon_of_scene);
             paths.push(Path { distance: f32::from_bits(*distance), ..path });
         }
