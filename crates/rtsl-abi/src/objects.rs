@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rtsl_memory::{SharedWords, prefetch_values, with_capacity_in_huge_pages};
 
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
+use crate::instance_run::InstanceRun;
 use crate::object_form::ObjectForm;
 use crate::offsets::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
 
@@ -66,21 +67,40 @@ impl Objects {
         form: ObjectForm,
         instances: impl IntoIterator<Item = B>,
     ) -> Objects {
-        let mut instances = instances.into_iter().peekable();
-        let shared = instances.peek().map_or_else(InstanceBlock::default, |it| it.borrow().clone());
-        let mut objects = Objects::zeros(form.clone(), Arc::new(shared), 0);
+        let instances = instances.into_iter().map(|it| InstanceRun::new(it.borrow().clone(), 1));
+        Objects::of_runs(form, &instances.collect::<Vec<_>>())
+    }
+
+    /// Like [`Objects::of_instances`], of runs one after the other.
+    ///
+    /// # Panics
+    /// As for [`Objects::of_instances`].
+    pub fn of_runs(form: ObjectForm, runs: &[InstanceRun]) -> Objects {
+        let shared = runs.first().map_or_else(InstanceBlock::default, |run| run.first().clone());
+        let count = runs.iter().map(InstanceRun::count).sum();
+        let mut objects = Objects::zeros(form.clone(), Arc::new(shared), count);
         objects.entries = objects.shared.entries().in_objects(&form);
         let (words, mut buffers) = (form.words().len(), BTreeMap::new());
-        for instance in instances {
-            let instance: &InstanceBlock = instance.borrow();
-            let number = objects.push();
+        let mut start = 0;
+        for run in runs {
+            let block = run.first();
             for (position, word) in form.words().iter().enumerate() {
-                objects.set(number, position, instance.words()[*word as usize]);
+                let numbers = start..start + run.count();
+                match run.column(*word) {
+                    Some(values) => numbers
+                        .zip(values)
+                        .for_each(|(number, value)| objects.set(number, position, *value)),
+                    None => {
+                        let value = block.words()[*word as usize];
+                        numbers.for_each(|number| objects.set(number, position, value));
+                    }
+                }
             }
-            objects.entries.retain_common(&instance.entries().in_objects(&form));
+            start += run.count();
+            objects.entries.retain_common(&block.entries().in_objects(&form));
             let of_object =
                 |it: &&BoundBuffer| words > 0 && form.position(it.offset, BUFFER_WORDS).is_some();
-            for BoundBuffer { words, .. } in instance.buffers().iter().filter(of_object) {
+            for BoundBuffer { words, .. } in block.buffers().iter().filter(of_object) {
                 buffers.entry(words.as_ptr().addr()).or_insert_with(|| words.clone());
             }
         }
@@ -97,16 +117,6 @@ impl Objects {
     pub fn after(self, first: u32, shared: InstanceBlock) -> Objects {
         assert_eq!(shared.words().len(), first as usize + self.shared.words().len());
         Objects { form: self.form.after(first), shared: Arc::new(shared), ..self }
-    }
-
-    /// Appends a zeroed object and returns its index.
-    fn push(&mut self) -> usize {
-        let number = self.count;
-        assert!(number + 1 < NO_OBJECT as usize, "objects have numbers");
-        self.count += 1;
-        let rows = blocks(self.count) * self.form.words().len();
-        self.rows.resize(rows, ObjectRow::default());
-        number
     }
 
     /// Returns the objects in another order: object `i` is the former `order[i]`, or zeros if that is [`NO_OBJECT`], as
@@ -133,15 +143,17 @@ impl Objects {
         Objects { buffers: buffers.clone(), entries: entries.clone(), ..objects }
     }
 
-    /// Returns an object's data as an instance of the layout.
+    /// Returns all objects as instances of the layout.
     ///
     /// # Panics
-    /// If there is no such object, or objects have buffers of their own.
-    pub fn instance(&self, object: usize) -> InstanceBlock {
+    /// If objects have buffers of their own.
+    pub fn run(&self) -> InstanceRun {
         assert!(self.entries.is_empty(), "all buffers are shared");
-        let words = (0..).zip(self.form.words());
-        let words = words.map(|(position, word)| (*word, self.word(object, position)));
-        self.shared.with_words(words)
+        let run = InstanceRun::new(InstanceBlock::clone(&self.shared), self.count);
+        self.form.words().iter().enumerate().fold(run, |run, (position, word)| {
+            let values = (0..self.count).map(|object| self.word(object, position));
+            run.with_column(*word, values.collect())
+        })
     }
 
     /// Prefetches the block of the object with this index.
@@ -267,9 +279,25 @@ mod tests {
         let one = Objects::of_instances(ObjectForm::new([1]), &instances);
         assert_eq!((one.word(7, 0), one.shared().words()), (71, [0, 1].as_slice()));
         // Word 0 is that of the first instance for all.
-        assert_eq!(one.instance(7).words(), [0, 71]);
-        assert_eq!(objects.instance(19).words(), instances[19].words());
+        assert_eq!(one.run().instance(7).words(), [0, 71]);
+        assert_eq!(objects.run().instance(19).words(), instances[19].words());
         assert!(Objects::of_instances::<InstanceBlock>(ObjectForm::new([]), []).is_empty());
+    }
+
+    #[test]
+    fn runs_are_the_same_as_their_instances() {
+        let run = |first, count: u32| {
+            let run = InstanceRun::new(instance(first), count as usize);
+            run.with_column(1, (0..count).map(|number| 100 + number).collect())
+        };
+        let runs = [run(1, 5), InstanceRun::new(instance(3), 1), run(7, 13)];
+        let instances = runs.iter().flat_map(|run| (0..run.count()).map(|it| run.instance(it)));
+        for form in [ObjectForm::new(0..2), ObjectForm::new([1])] {
+            let of_runs = Objects::of_runs(form.clone(), &runs);
+            let of_instances = Objects::of_instances(form, instances.clone());
+            assert_eq!((of_runs.len(), &of_runs.rows), (19, &of_instances.rows));
+            assert_eq!(of_runs.shared().words(), of_instances.shared().words());
+        }
     }
 
     #[test]

@@ -35,6 +35,10 @@ pub struct Arguments {
     /// and the wavefronts of the path renderer, too
     #[arg(short, long, global = true, action = ArgAction::Count)]
     pub verbose: u8,
+    /// Compile everything anew. Otherwise machine code is kept in `~/.cache/rtsl/kernels`, or the folder that the
+    /// environment variable RTSL_CACHE names, for the next time that it is needed. Never changes results
+    #[arg(long, global = true)]
+    pub no_cache: bool,
     /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
@@ -105,6 +109,29 @@ pub enum Command {
 }
 
 impl Command {
+    /// True if the command runs methods, for which machine code is kept.
+    pub fn runs_code(&self) -> bool {
+        match self {
+            Command::Eval(_)
+            | Command::Debug(_)
+            | Command::Dap(_)
+            | Command::Test(_)
+            | Command::Bench(_)
+            | Command::Render(_)
+            | Command::View(_)
+            | Command::Lsp(_) => true,
+            Command::Check(_)
+            | Command::Fmt(_)
+            | Command::Build(_)
+            | Command::Scene(_)
+            | Command::Import(_)
+            | Command::MaterialX(_)
+            | Command::Info(_)
+            | Command::Explain(_)
+            | Command::Help(_) => false,
+        }
+    }
+
     /// True if the command prints the times of its stages.
     pub fn wants_timings(&self) -> bool {
         matches!(self, Command::Build(arguments) if arguments.timings)

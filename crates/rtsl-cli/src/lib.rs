@@ -37,6 +37,9 @@ pub fn main() -> ExitCode {
     let arguments = command_line::parse();
     let reporter = Reporter::new(arguments.color, arguments.verbose > 0);
     let spans = Spans::record(arguments.verbose, arguments.command.wants_timings());
+    if arguments.command.runs_code() && !arguments.no_cache {
+        keep_code(&reporter);
+    }
     let result = match arguments.command {
         Command::Check(arguments) => commands::check::run(&arguments, &reporter),
         Command::Build(arguments) => commands::build::run(&arguments, &reporter, &spans),
@@ -76,5 +79,16 @@ pub fn main() -> ExitCode {
             reporter.message("error", &format!("cannot write the result: {error}"));
             ExitCode::from(INPUT_AT_FAULT)
         }
+    }
+}
+
+/// Uses the cache of machine code. A folder that can't be used is worth a warning if the user named it.
+fn keep_code(reporter: &Reporter) {
+    if let Err(error) = rtsl::Engine::keep_code()
+        && std::env::var_os("RTSL_CACHE").is_some()
+    {
+        reporter.message("warning", &format!("machine code is not kept: {error}"));
+        reporter
+            .message("help", "RTSL_CACHE is to name a folder that only you may write, of mode 700");
     }
 }

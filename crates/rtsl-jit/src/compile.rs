@@ -10,8 +10,9 @@ use crate::error::JitError;
 use crate::ffi::{self, Api};
 use crate::frames::{Frames, REPORT_ATTRIBUTE};
 use crate::llvm::Llvm;
+use crate::made_code::MadeCode;
 use crate::module::Module;
-use crate::module_cache::ModuleKey;
+use crate::module_key::ModuleKey;
 use crate::opt_level::OptLevel;
 use crate::passes::Work;
 use crate::runtime;
@@ -60,12 +61,39 @@ impl Llvm {
         if !target.is_host() {
             return Err(JitError::ForeignTarget(target.triple().to_owned()));
         }
-        let key = ModuleKey::new(module, level, work);
-        if let Some(module) = self.with_modules(|modules| modules.get(key))? {
+        let key = ModuleKey::new(self.key, module, level, work);
+        if let Some(module) = self.kept(key)? {
             return Ok(module);
         }
-        let made = self.emit(module, target, level, work, Output::Object)?;
-        let module = Arc::new(Module::load(&made.bytes, made.frames)?);
+        let Made { bytes: object, frames } =
+            self.emit(module, target, level, work, Output::Object)?;
+        let code = MadeCode { object, frames };
+        // Code whose frames are too large is stored as well: it need not be made to be refused again.
+        if let Some(cache) = Llvm::code_cache() {
+            cache.insert(key, &code);
+        }
+        self.load_code(key, &code)
+    }
+
+    /// Returns the module of a text that was compiled before, by this process or, with a cache, by another.
+    pub(crate) fn compiled_before(
+        &self,
+        module: &str,
+        level: OptLevel,
+    ) -> Result<Option<Arc<Module>>, JitError> {
+        self.kept(ModuleKey::new(self.key, module, level, Work::Packets))
+    }
+
+    fn kept(&self, key: ModuleKey) -> Result<Option<Arc<Module>>, JitError> {
+        if let Some(module) = self.with_modules(|modules| modules.get(key))? {
+            return Ok(Some(module));
+        }
+        let stored = Llvm::code_cache().and_then(|cache| cache.get(key));
+        stored.map(|code| self.load_code(key, &code)).transpose()
+    }
+
+    fn load_code(&self, key: ModuleKey, code: &MadeCode) -> Result<Arc<Module>, JitError> {
+        let module = Arc::new(code.load()?);
         // A process that is ending keeps nothing, and has its module all the same.
         let _ = self.with_modules(|modules| modules.insert(key, module.clone()));
         Ok(module)
@@ -81,7 +109,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, Work::Packets, Output::Text).map(Made::text)
+        self.emit(module, target, level, Work::Packets, Output::Text)?.text()
     }
 
     /// Returns the module as assembly text of `target`.
@@ -94,7 +122,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, Work::Packets, Output::Assembly).map(Made::text)
+        self.emit(module, target, level, Work::Packets, Output::Assembly)?.text()
     }
 
     /// Returns the module as an object file (ELF) of `target`. Its undefined symbols are functions of the runtime,
@@ -108,7 +136,9 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Vec<u8>, JitError> {
-        let object = self.emit(module, target, level, Work::Packets, Output::Object)?.bytes;
+        let Made { bytes: object, frames } =
+            self.emit(module, target, level, Work::Packets, Output::Object)?;
+        frames.check()?;
         Object::parse(&object)?.check_outside_symbols(|name| runtime::address(name).is_some())?;
         Ok(object)
     }
@@ -161,14 +191,15 @@ pub fn accepts_passes(llvm: &Arc<Llvm>, passes: &str) -> Result<bool, JitError> 
 /// The output of a compilation.
 struct Made {
     bytes: Vec<u8>,
-    /// The stack frames; empty if no code was generated.
+    /// The stack frames, which may be too large; empty if no code was generated.
     frames: Frames,
 }
 
 impl Made {
-    fn text(self) -> String {
-        String::from_utf8(self.bytes)
-            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
+    fn text(self) -> Result<String, JitError> {
+        self.frames.check()?;
+        Ok(String::from_utf8(self.bytes)
+            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
     }
 }
 
@@ -298,12 +329,10 @@ impl<'a> Context<'a> {
         if errors.is_empty() { Ok(()) } else { Err(JitError::CodeGeneration(errors.join("; "))) }
     }
 
-    /// Returns the stack frames of the generated functions after checking their sizes.
+    /// Returns the stack frames of the generated functions.
     fn finish(&self) -> Result<Frames, JitError> {
         self.check()?;
-        let frames = self.reported.frames.take();
-        frames.check()?;
-        Ok(frames)
+        Ok(self.reported.frames.take())
     }
 }
 

@@ -111,3 +111,22 @@ pub enum JitError {
     #[error("no memory for machine code: {0}")]
     Memory(String),
 }
+
+/// The reason for which a folder can't keep compiled code.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CodeCacheError {
+    /// It can't be created or read.
+    #[error("the folder `{}` can't be used: {reason}", .path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// The system's reason.
+        reason: String,
+    },
+    /// It, or a folder above it, belongs to another user.
+    #[error("the folder `{}` belongs to another user", .0.display())]
+    Owner(PathBuf),
+    /// Other users may write in it, or in a folder above it.
+    #[error("other users may write in the folder `{}`", .0.display())]
+    Writable(PathBuf),
+}

@@ -21,7 +21,7 @@ pub const REPORT_ATTRIBUTE: (&str, &str) = ("warn-stack-size", "0");
 const BEYOND_FRAME: usize = 4 << 10;
 
 /// The stack sizes of the functions of a module.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Frames {
     /// The size of each function, in bytes.
     bytes: BTreeMap<String, usize>,
@@ -41,8 +41,18 @@ impl Frames {
         let size = between(warning, "size (", ')').and_then(|size| size.parse().ok());
         let function = between(warning, "function '", '\'');
         let (size, function) = size.zip(function).ok_or_else(unknown)?;
-        self.bytes.insert(function.to_owned(), size);
+        self.add(function, size);
         Ok(true)
+    }
+
+    /// Records the frame of a function.
+    pub fn add(&mut self, function: &str, bytes: usize) {
+        self.bytes.insert(function.to_owned(), bytes);
+    }
+
+    /// Returns the functions, each with its frame.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, usize)> {
+        self.bytes.iter().map(|(function, bytes)| (function.as_str(), *bytes))
     }
 
     /// Returns the stack size of a call of the function: its frame, and the largest of its parts, `function.rest` and

@@ -77,26 +77,49 @@ impl CompiledKernel {
         let target = llvm.host();
         let features = features_of_host(target, features);
         let module = llvm.compile(&module_text(kernels, &features), target, level)?;
-        let kernels = kernels.iter().enumerate().map(|(index, kernel)| {
-            let address = module.function(&symbol(index))?;
-            // Safety: the function is a kernel, just compiled from verified packet code.
-            let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
-            let signature = kernel.signature();
-            let frame_bytes = module.frame(&symbol(index));
-            let checks_stack = kernel.asks_host() || frame_bytes > LARGE_FRAME_BYTES;
-            let is_plain = signature.is_plain() && !checks_stack;
-            let full = full_entry(&module, kernel, &symbol(index))?;
-            Ok(CompiledKernel {
-                _module: module.clone(),
-                entry,
-                signature,
-                width: kernel.width,
-                checked_frame: checks_stack.then_some(frame_bytes),
-                is_plain,
-                full,
-            })
-        });
-        kernels.collect()
+        let kernels = kernels.iter().enumerate();
+        kernels.map(|(index, kernel)| CompiledKernel::of(&module, kernel, index)).collect()
+    }
+
+    /// Returns a kernel that was compiled before, alone and at this level: by this process or, if there is a
+    /// [cache](Llvm::keep_code_in), by another one.
+    pub fn compiled_before(
+        llvm: &Arc<Llvm>,
+        kernel: &Kernel,
+        features: &TargetFeatures,
+        level: OptLevel,
+    ) -> Option<CompiledKernel> {
+        rtsl_packet::verify(kernel).ok()?;
+        let features = features_of_host(llvm.host(), features);
+        let text = module_text(std::slice::from_ref(kernel), &features);
+        let module = llvm.compiled_before(&text, level.for_work(kernel.work())).ok()??;
+        CompiledKernel::of(&module, kernel, 0).ok()
+    }
+
+    /// Returns the kernel of this number in a module that was compiled from packet code that is verified.
+    fn of(
+        module: &Arc<Module>,
+        kernel: &Kernel,
+        number: usize,
+    ) -> Result<CompiledKernel, JitError> {
+        let symbol = symbol(number);
+        let address = module.function(&symbol)?;
+        // Safety: the function is a kernel, compiled from verified packet code.
+        let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
+        let signature = kernel.signature();
+        let frame_bytes = module.frame(&symbol);
+        let checks_stack = kernel.asks_host() || frame_bytes > LARGE_FRAME_BYTES;
+        let is_plain = signature.is_plain() && !checks_stack;
+        let full = full_entry(module, kernel, &symbol)?;
+        Ok(CompiledKernel {
+            _module: module.clone(),
+            entry,
+            signature,
+            width: kernel.width,
+            checked_frame: checks_stack.then_some(frame_bytes),
+            is_plain,
+            full,
+        })
     }
 
     /// Returns the requirements of a call.

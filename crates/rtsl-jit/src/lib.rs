@@ -11,6 +11,7 @@
 #![allow(unsafe_code, reason = "calls a C library and runs the machine code that it makes")]
 
 mod callback;
+mod code_cache;
 mod compile;
 mod elf;
 mod ending;
@@ -24,11 +25,18 @@ mod library;
 mod library_pages;
 mod limits;
 mod llvm;
+mod made_code;
 mod memory;
 mod module;
 mod module_cache;
+mod module_key;
 mod opt_level;
 mod passes;
+#[cfg(unix)]
+mod private_folder;
+#[cfg(not(unix))]
+#[path = "no_private_folder.rs"]
+mod private_folder;
 mod relocation;
 mod runtime;
 mod search;
@@ -36,7 +44,8 @@ mod target;
 mod worker;
 
 pub use callback::CompiledCallback;
-pub use error::{JitError, LlvmError, LlvmVersion};
+pub use code_cache::{CodeCache, CodeCacheSize};
+pub use error::{CodeCacheError, JitError, LlvmError, LlvmVersion};
 pub use kernel::{CompiledKernel, module_text};
 pub use leaf_kernel::LeafKernel;
 pub use limits::MAX_FRAME_BYTES;

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use libloading::Library;
 
+use crate::code_cache::CodeCache;
 use crate::ending;
 use crate::error::{JitError, LlvmError, LlvmVersion};
 use crate::ffi::{self, Api};
@@ -12,6 +13,7 @@ use crate::library;
 use crate::library_pages::LibraryPages;
 use crate::limits::OLDEST_MAJOR;
 use crate::module_cache::ModuleCache;
+use crate::module_key::CompilerKey;
 use crate::passes::Passes;
 use crate::search::{self, Candidates};
 use crate::target::Target;
@@ -26,10 +28,14 @@ pub struct Llvm {
     path: PathBuf,
     host: Target,
     pub(crate) passes: Passes,
+    pub(crate) key: CompilerKey,
     modules: Mutex<ModuleCache>,
 }
 
 static LOADED: OnceLock<Result<Arc<Llvm>, LlvmError>> = OnceLock::new();
+
+/// The cache of this process, if it has one.
+static CODE_CACHE: OnceLock<CodeCache> = OnceLock::new();
 
 impl Llvm {
     /// Returns the LLVM of this process: the first call searches and loads, later ones return the same result.
@@ -48,6 +54,17 @@ impl Llvm {
     /// installed with. `RTSL_LLVM` still overrides them. They have no effect after the first [`Llvm::load`].
     pub fn suggest(paths: Vec<PathBuf>) {
         search::suggest(paths);
+    }
+
+    /// Keeps compiled code in a cache and takes what it has. Without one, each process compiles what it needs. Only the
+    /// first cache of a process has an effect.
+    pub fn keep_code_in(cache: CodeCache) {
+        let _ = CODE_CACHE.set(cache);
+    }
+
+    /// Returns the cache of this process.
+    pub fn code_cache() -> Option<&'static CodeCache> {
+        CODE_CACHE.get()
     }
 
     /// Releases memory held only for further compilations: the library's code, if one is loaded. The next compilation
@@ -111,8 +128,9 @@ impl Llvm {
         // Pages read only during loading, such as tables of relocations and constructors of globals, are not needed
         // again: without this the first compilation ends with 52 MB of the library in memory, with it 36 MB (LLVM 19).
         pages.release();
+        let key = CompilerKey::new(path, version, &host);
         let (path, passes, modules) = (path.to_owned(), Passes::default(), Mutex::default());
-        Ok(Llvm { api, pages, version, path, host, passes, modules })
+        Ok(Llvm { api, pages, version, path, host, passes, key, modules })
     }
 }
 

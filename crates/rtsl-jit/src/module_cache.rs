@@ -8,8 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::module::Module;
-use crate::opt_level::OptLevel;
-use crate::passes::Work;
+use crate::module_key::ModuleKey;
 
 /// The size of the code that is kept, in bytes: hundreds of kernels. By a simulation with the texts of the tests of
 /// renders, eight times as much finds 7 % more of them.
@@ -25,24 +24,9 @@ pub struct ModuleCache {
     uses: u64,
 }
 
-/// A digest of the text of a module and of the ways to compile it. Texts come from shaders, which are untrusted, so it
-/// is one for which nobody finds two texts.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub struct ModuleKey([u8; blake3::OUT_LEN]);
-
 struct Kept {
     module: Arc<Module>,
     last_use: u64,
-}
-
-impl ModuleKey {
-    /// Returns the key of a text.
-    pub fn new(text: &str, level: OptLevel, work: Work) -> ModuleKey {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&[level as u8, work as u8]);
-        hasher.update(text.as_bytes());
-        ModuleKey(*hasher.finalize().as_bytes())
-    }
 }
 
 impl ModuleCache {

@@ -36,6 +36,9 @@ struct Pipeline {
     function: &'static [Pass],
 }
 
+/// `OptLevel::O0`.
+const NONE: Pipeline = Pipeline { module: &[], function: &[] };
+
 /// `OptLevel::O1`.
 const CHEAP: Pipeline =
     Pipeline { module: &[ALWAYS_INLINE], function: &[SROA, EARLY_CSE, SIMPLIFY_CFG] };
@@ -97,15 +100,31 @@ impl Passes {
         work: Work,
         accepts: impl Fn(&str) -> bool,
     ) -> Option<&str> {
-        let (text, pipeline) = match (level, work) {
+        let text = match (level, work) {
             (OptLevel::O0, _) => return None,
-            (OptLevel::O1, _) => (&self.cheap, &CHEAP),
-            (OptLevel::O2, Work::Packets) => (&self.ordinary, &ORDINARY),
-            (OptLevel::O2, Work::OneRay) => (&self.of_one_ray, &OF_ONE_RAY),
-            (OptLevel::O3, _) => (&self.full, &FULL),
+            (OptLevel::O1, _) => &self.cheap,
+            (OptLevel::O2, Work::Packets) => &self.ordinary,
+            (OptLevel::O2, Work::OneRay) => &self.of_one_ray,
+            (OptLevel::O3, _) => &self.full,
         };
-        let text = text.get_or_init(|| pipeline.spell(accepts));
+        let text = text.get_or_init(|| pipeline(level, work).spell(accepts));
         (!text.is_empty()).then_some(text)
+    }
+}
+
+/// Returns the passes of a level in all their spellings, of which a library determines one.
+pub fn spellings(level: OptLevel, work: Work) -> String {
+    let Pipeline { module, function } = pipeline(level, work);
+    format!("{module:?} {function:?}")
+}
+
+fn pipeline(level: OptLevel, work: Work) -> &'static Pipeline {
+    match (level, work) {
+        (OptLevel::O0, _) => &NONE,
+        (OptLevel::O1, _) => &CHEAP,
+        (OptLevel::O2, Work::Packets) => &ORDINARY,
+        (OptLevel::O2, Work::OneRay) => &OF_ONE_RAY,
+        (OptLevel::O3, _) => &FULL,
     }
 }
 

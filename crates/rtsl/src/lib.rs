@@ -107,7 +107,8 @@ pub use rtsl_abi::offsets::{
 };
 pub use rtsl_abi::{
     CallArguments, CallError, CallStatus, ComponentSet, HostArguments, HostLanes, InstanceBlock,
-    Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, ObjectRow, Objects,
+    InstanceRun, Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, ObjectRow,
+    Objects,
 };
 pub use rtsl_abi::{CallMode, Layout, Mark, MarkWord, ObjectForm, RayRecord};
 pub use rtsl_ir::class::{
@@ -118,7 +119,9 @@ pub use rtsl_ir::{
     Constant, EventValue as TracedVariable, Place, Query, SURFACE_SCALARS, Scalar, Source,
     ValueScope, Variable, host,
 };
-pub use rtsl_jit::{CompiledCallback, Llvm, LlvmError, OptLevel, Target};
+pub use rtsl_jit::{
+    CodeCache, CodeCacheError, CompiledCallback, Llvm, LlvmError, OptLevel, Target,
+};
 pub use rtsl_memory::{
     Refused, SharedWords, UnderWay, in_huge_pages, lies_within, open_regular_file, open_within,
     prefetch, real_place,

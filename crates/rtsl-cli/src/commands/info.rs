@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rtsl::{
-    AnnotationValue, Class, ClassOutline, Compiler, Engine, EngineOptions, FileLoader, Llvm,
-    Parameter, ParameterType, Scalar, default_value, library, type_name,
+    AnnotationValue, Class, ClassOutline, CodeCache, Compiler, Engine, EngineOptions, FileLoader,
+    Llvm, Parameter, ParameterType, Scalar, default_value, library, type_name,
 };
 use rtsl_image::Denoiser;
 
@@ -73,6 +73,7 @@ fn about_program(search_path: &[PathBuf]) -> String {
     if let Ok((engine, _)) = Engine::new(EngineOptions::default()) {
         text += &format!("width         {}\n", engine.width());
     }
+    text += &about_cache();
     text += &about_denoiser();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     text += &format!("threads       {threads}\n");
@@ -107,6 +108,25 @@ fn source_of(compiler: &Compiler, source: &Path) -> Result<String, Failure> {
 
 fn shown_source(class: &ClassOutline) -> String {
     format!("// {}:{}\n{}\n", class.file, class.line, class.text)
+}
+
+/// Describes the folder of machine code, without creating it.
+fn about_cache() -> String {
+    let Some(folder) = CodeCache::folder_of_user() else {
+        return "cache         none\n".to_owned();
+    };
+    let shown = format!("cache         {}", folder.display());
+    if !folder.exists() {
+        return format!("{shown}, empty\n");
+    }
+    match CodeCache::open(&folder) {
+        Ok(cache) => {
+            let size = cache.size();
+            let megabytes = size.bytes as f64 / 1e6;
+            format!("{shown}, {} modules, {megabytes:.1} MB\n", size.modules)
+        }
+        Err(error) => format!("{shown}, not used: {error}\n"),
+    }
 }
 
 /// Describes the denoiser that `--denoise` uses.

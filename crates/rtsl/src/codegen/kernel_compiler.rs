@@ -295,6 +295,18 @@ impl KernelCompiler {
         }
     }
 
+    /// Returns the kernel of a source, optimised, if another process has compiled it and there is a
+    /// [cache](Llvm::keep_code_in).
+    pub fn cached_kernel(&self, source: KernelSource<'_>) -> Option<Kernel> {
+        let llvm = self.llvm.as_ref().filter(|_| Llvm::code_cache().is_some())?;
+        nesting::with_stack_for(source.function.nesting(), || {
+            let packet = self.packet(source).ok()?;
+            let (features, level) = (target_features(llvm.host()), self.options.optimization);
+            let kernel = CompiledKernel::compiled_before(llvm, &packet, &features, level)?;
+            Some(Kernel::compiled(kernel))
+        })
+    }
+
     fn compiled(
         &self,
         sources: &[KernelSource<'_>],

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
-use rtsl_jit::{Llvm, OptLevel};
+use rtsl_jit::{CodeCache, CodeCacheError, Llvm, OptLevel};
 use rtsl_link::{AttributeTable, ClassTree};
 use rtsl_source::{Diagnostic, Diagnostics};
 
@@ -84,7 +84,21 @@ impl Engine {
         // `Engine::new` reports failures.
         let Ok(llvm) = Llvm::load() else { return };
         let text = "define <8 x float> @f(<8 x float> %a) {\n%b = fadd <8 x float> %a, %a\nret <8 x float> %b\n}";
-        let _ = llvm.compile(text, llvm.host(), OptLevel::default());
+        // Not from a cache, which would leave LLVM's code where it is.
+        let _ = llvm.object(text, llvm.host(), OptLevel::default());
+    }
+
+    /// Keeps the machine code of this process in the user's [cache](CodeCache::folder_of_user), and takes what earlier
+    /// processes left there, so that a picture that was rendered before begins without LLVM's work. The results are the
+    /// same. A host calls this once, before it makes an engine.
+    ///
+    /// # Errors
+    /// If the folder can't be used: code is compiled as without a cache.
+    pub fn keep_code() -> Result<(), CodeCacheError> {
+        if let Some(folder) = CodeCache::folder_of_user() {
+            Llvm::keep_code_in(CodeCache::open(&folder)?);
+        }
+        Ok(())
     }
 
     /// Releases the memory that LLVM holds for further compilations, 40 MB and more. A host may call this before it

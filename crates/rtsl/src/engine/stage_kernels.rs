@@ -23,7 +23,6 @@ use rtsl_stages::{Port, ResumedBy};
 use super::background::{Answer, wait};
 use super::engine::{Engine, each_on_threads, into_modules, processors};
 use super::tiered_kernel::TieredKernel;
-use crate::codegen::kernel::Kernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::nesting;
@@ -240,30 +239,38 @@ impl Engine {
         let new: Vec<usize> = (0..linked.len()).filter(|it| kernels[*it].is_none()).collect();
         let functions: Vec<&Linked> = new.iter().map(|index| &*linked[*index]).collect();
         for (index, kernel) in new.into_iter().zip(self.compile_new(&functions)?) {
-            kernels[index] = Some(Arc::new(TieredKernel::new(kernel)));
+            kernels[index] = Some(Arc::new(kernel));
         }
         Ok(kernels.into_iter().flatten().collect())
     }
 
-    fn compile_new(&self, linked: &[&Linked]) -> Result<Vec<Kernel>, Diagnostic> {
+    /// Returns the kernels of linked stages: optimised ones from a cache, and for others code that is made soon.
+    fn compile_new(&self, linked: &[&Linked]) -> Result<Vec<TieredKernel>, Diagnostic> {
         let source = |index: usize| linked[index].source(self.width());
-        let sizes: Vec<usize> = linked.iter().map(|it| it.function.values.len()).collect();
+        let compiler = self.compiler();
+        let cached = each_on_threads(linked.len(), |index| compiler.cached_kernel(source(index)));
+        let mut kernels: Vec<Option<TieredKernel>> =
+            cached.into_iter().map(|it| it.map(TieredKernel::of_optimised)).collect();
+        let missing: Vec<usize> = (0..linked.len()).filter(|it| kernels[*it].is_none()).collect();
+        let sizes: Vec<usize> =
+            missing.iter().map(|index| linked[*index].function.values.len()).collect();
         let modules = into_modules(&sizes, processors());
         let made = each_on_threads(modules.len(), |module| {
-            let sources: Vec<_> = modules[module].iter().map(|index| source(*index)).collect();
-            self.compiler().first_kernels(&sources).or_else(|_| {
+            let sources: Vec<_> =
+                modules[module].iter().map(|index| source(missing[*index])).collect();
+            compiler.first_kernels(&sources).or_else(|_| {
                 // One by one, so that an error names the right one, and one may be narrower than the others.
-                let alone = |source: &KernelSource<'_>| self.compiler().first_kernels(&[*source]);
+                let alone = |source: &KernelSource<'_>| compiler.first_kernels(&[*source]);
                 let kernels = sources.iter().map(alone).collect::<Result<Vec<_>, _>>()?;
                 Ok(kernels.into_iter().flatten().collect())
             })
         });
-        let mut kernels: Vec<(usize, Kernel)> = Vec::with_capacity(linked.len());
         for (module, made) in modules.into_iter().zip(made) {
-            kernels.extend(module.into_iter().zip(made?));
+            for (index, kernel) in module.into_iter().zip(made?) {
+                kernels[missing[index]] = Some(TieredKernel::new(kernel));
+            }
         }
-        kernels.sort_unstable_by_key(|(index, _)| *index);
-        Ok(kernels.into_iter().map(|(_, kernel)| kernel).collect())
+        Ok(kernels.into_iter().flatten().collect())
     }
 }
 

@@ -17,6 +17,11 @@ impl TieredKernel {
         TieredKernel { first, optimised: OnceLock::new() }
     }
 
+    /// Creates one of an optimised kernel that was there.
+    pub(crate) fn of_optimised(kernel: Kernel) -> TieredKernel {
+        TieredKernel { first: kernel.clone(), optimised: kernel.into() }
+    }
+
     /// Returns the fastest kernel made so far.
     pub fn get(&self) -> &Kernel {
         self.optimised.get().unwrap_or(&self.first)

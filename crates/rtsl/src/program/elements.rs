@@ -6,6 +6,7 @@
 //! bits are the same.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rtsl_abi::offsets::OBJECTS_IN_BLOCK;
 use rtsl_abi::{
@@ -30,7 +31,8 @@ use crate::instance::instance::{Instance, parameter_name};
 /// beside them.
 const ELEMENTS_PER_CALL: usize = 512;
 
-/// The greatest number of elements that the interpreter makes; the compilation of a kernel takes as long.
+/// The greatest number of elements that the interpreter makes, those of all instances of a program together; the
+/// compilation of a kernel takes as long.
 const MAX_INTERPRETED: usize = 1024;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
@@ -52,6 +54,8 @@ pub(crate) struct ElementMaker {
 #[derive(Debug)]
 struct Constructor {
     function: Function,
+    /// The number of elements that the interpreter has made, or was to make.
+    interpreted_elements: AtomicUsize,
     interpreted: OnceLock<Result<Kernel, Diagnostic>>,
     compiled: OnceLock<Result<Kernel, Diagnostic>>,
     /// The layout of the instance's data before its constructor ran: members, then the constructor's parameters.
@@ -131,11 +135,12 @@ impl ElementMaker {
 }
 
 impl Constructor {
-    /// Returns the kernel for so many elements.
+    /// Returns the kernel for so many more elements.
     fn kernel(&self, count: usize, compiler: &KernelCompiler) -> Result<&Kernel, Diagnostic> {
         let (function, layout, width) = (&self.function, &self.layout, compiler.width());
         let source = KernelSource { function, mode: CallMode::Packet, width, layout };
-        let kernel = if count <= MAX_INTERPRETED {
+        let made = self.interpreted_elements.fetch_add(count, Ordering::Relaxed);
+        let kernel = if made.saturating_add(count) <= MAX_INTERPRETED {
             self.interpreted.get_or_init(|| compiler.interpreted(source))
         } else {
             self.compiled.get_or_init(|| Ok(compiler.kernels(&[source])?.remove(0)))
@@ -252,8 +257,14 @@ impl Draft {
                 is_bool: member.scalar == Scalar::Bool,
             });
         }
-        let (interpreted, compiled) = (OnceLock::new(), OnceLock::new());
-        Constructor { function, interpreted, compiled, layout, outputs }
+        Constructor {
+            function,
+            interpreted_elements: AtomicUsize::new(0),
+            interpreted: OnceLock::new(),
+            compiled: OnceLock::new(),
+            layout,
+            outputs,
+        }
     }
 }
 

@@ -228,7 +228,7 @@ impl StageLights<'_> {
                 let area = self.area(light);
                 let of_emitter = of(&area.emitter_program, area.emitter);
                 let of_alpha = area.alpha.iter().flat_map(|(program, alpha)| of(program, alpha));
-                let of_shape = bound_buffers(&area.shape.shape).into_iter();
+                let of_shape = bound_buffers(area.shape.shapes.first()).into_iter();
                 of_shape.chain(of_emitter).chain(of_alpha).collect()
             }
         }
@@ -324,8 +324,8 @@ impl StageAreaLight<'_> {
 
     /// The data, in the order of the layout.
     fn block(&self, shapes: &ShapeClass) -> InstanceBlock {
-        let [shape, place] = shapes.blocks(&self.shape);
-        let mut blocks = vec![shape, place, self.emitter_program.block(self.emitter)];
+        let mut blocks = shapes.runs(&self.shape).map(|run| run.first().clone()).to_vec();
+        blocks.push(self.emitter_program.block(self.emitter));
         blocks.extend(self.alpha.iter().map(|(program, alpha)| program.block(alpha)));
         joined(&blocks)
     }
@@ -367,7 +367,7 @@ impl StageLight<'_> {
 
 #[cfg(test)]
 mod tests {
-    use rtsl_abi::CallMode;
+    use rtsl_abi::{CallMode, InstanceRun};
     use rtsl_integrate::light_selection::{LightContent, LightNode};
     use rtsl_integrate::stage::asks_host;
     use rtsl_ir::class::Class;
@@ -395,15 +395,15 @@ mod tests {
 
     fn object(shape: InstanceBlock, light: u32) -> ShapeObject {
         ShapeObject {
-            shape,
+            shapes: InstanceRun::new(shape, 1),
             inverse: IDENTITY,
             forward: IDENTITY,
             sizes: IDENTITY,
-            extents: [1.0; 3],
+            extents: vec![[1.0; 3]],
             reverse_orientation: false,
             volume_scale: 1.0,
             group: None,
-            light,
+            ways: vec![light],
         }
     }
 

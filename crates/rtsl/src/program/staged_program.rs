@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use rtsl_abi::{BoundBuffer, CallMode, InstanceBlock, Layout, ObjectForm, Objects};
+use rtsl_abi::{CallMode, InstanceBlock, InstanceRun, Layout, ObjectForm, Objects};
 use rtsl_integrate::camera::{PIXEL_COLUMNS, WEIGHT_COLUMNS};
 use rtsl_integrate::contribution::{
     CONTRIBUTION_SCALARS, Contributions, MAX_CONTRIBUTIONS, contribution_column,
@@ -483,10 +483,10 @@ impl StagedProgram {
         let Some(class) = class else {
             return Objects::of_instances(ObjectForm::new([]), [own]);
         };
-        let blocks = surfaces.into_iter().map(|surface| joined(&class.blocks(&surface)));
+        let runs = surfaces.into_iter().map(|surface| class.run(&surface));
         let mut layout = Layout::default();
         class.add_to(&mut layout);
-        let objects = self.objects_of(&layout, blocks.collect());
+        let objects = self.objects_of(&layout, &runs.collect::<Vec<_>>());
         if objects.is_empty() {
             return objects;
         }
@@ -499,30 +499,32 @@ impl StagedProgram {
     /// # Panics
     /// If an instance belongs to another program.
     pub fn materials<'a>(&self, materials: impl IntoIterator<Item = &'a Instance>) -> Objects {
-        let blocks = materials.into_iter().map(|material| self.program.block(material));
-        self.objects_of(&self.layout, blocks.collect())
+        let materials = materials.into_iter();
+        let runs = materials.map(|material| InstanceRun::new(self.program.block(material), 1));
+        self.objects_of(&self.layout, &runs.collect::<Vec<_>>())
     }
 
-    /// Returns objects with these blocks.
-    fn objects_of(&self, layout: &Layout, blocks: Vec<InstanceBlock>) -> Objects {
+    /// Returns objects with these data.
+    fn objects_of(&self, layout: &Layout, runs: &[InstanceRun]) -> Objects {
         let differs = |word: u32| {
-            let word = |block: &InstanceBlock| block.words()[word as usize];
-            blocks.windows(2).any(|pair| word(&pair[0]) != word(&pair[1]))
+            let word_of = |run: &InstanceRun| run.first().words()[word as usize];
+            runs.iter().any(|run| run.differ_in(word))
+                || runs.windows(2).any(|pair| word_of(&pair[0]) != word_of(&pair[1]))
         };
-        let differing = layout
-            .variables()
-            .filter(|place| self.may_differ(place, &blocks) || place.clone().any(differs));
-        let form = ObjectForm::new(differing.flatten()).of_count(blocks.len());
-        Objects::of_instances(form, blocks)
+        let count = runs.iter().map(InstanceRun::count).sum();
+        let may_differ = |place: &Range<u32>| count > 1 && self.may_change(place, &runs[0]);
+        let differing =
+            layout.variables().filter(|place| may_differ(place) || place.clone().any(differs));
+        let form = ObjectForm::new(differing.flatten()).of_count(count);
+        Objects::of_runs(form, runs)
     }
 
     /// True if objects may differ in a variable at this place later, although they have the same words now: in data
     /// that hosts do not bind.
-    fn may_differ(&self, place: &Range<u32>, objects: &[InstanceBlock]) -> bool {
-        let is_bound = |object: &InstanceBlock| {
-            object.buffers().iter().any(|buffer| place.contains(&buffer.offset))
-        };
-        self.values == ParameterValues::Changing && objects.len() > 1 && !is_bound(&objects[0])
+    fn may_change(&self, place: &Range<u32>, objects: &InstanceRun) -> bool {
+        let mut bound = objects.first().buffers().iter();
+        self.values == ParameterValues::Changing
+            && !bound.any(|buffer| place.contains(&buffer.offset))
     }
 
     /// Returns the linked and optimised function of a request, with the layout of its kernel and its variant.
@@ -695,18 +697,8 @@ fn shared_columns() -> Vec<String> {
 
 /// Returns the blocks of parts as one, in their order.
 pub(super) fn joined(parts: &[InstanceBlock]) -> InstanceBlock {
-    let mut words = Vec::new();
-    let mut buffers = Vec::new();
-    for part in parts {
-        let first = words.len() as u32;
-        buffers.extend(
-            part.buffers()
-                .iter()
-                .map(|buffer| BoundBuffer { offset: first + buffer.offset, ..buffer.clone() }),
-        );
-        words.extend_from_slice(part.words());
-    }
-    InstanceBlock::new(&words, buffers)
+    let parts = parts.iter().map(|part| InstanceRun::new(part.clone(), 1));
+    InstanceRun::joined(&parts.collect::<Vec<_>>()).first().clone()
 }
 
 /// Returns the integers and booleans that all objects share: they select between parts of methods.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_abi::{InstanceBlock, Layout};
+use rtsl_abi::{InstanceBlock, InstanceRun, Layout};
 use rtsl_integrate::stage::{Answer, SurfaceLinks, SurfaceMethod};
 use rtsl_integrate::surface::{Places, ShapeLinks};
 use rtsl_ir::Query;
@@ -83,33 +83,33 @@ impl ShapeClass {
         add_members(layout, self.links.members());
     }
 
-    /// Returns the data of a shape, in the order of the layout.
-    pub(crate) fn blocks(&self, object: &ShapeObject) -> [InstanceBlock; 2] {
-        [object.shape.clone(), object.place(&self.links)]
+    /// Returns the data of a shape, or of its elements, in the order of the layout.
+    pub(crate) fn runs(&self, object: &ShapeObject) -> [InstanceRun; 2] {
+        [object.shapes.clone(), object.places(&self.links)]
     }
 }
 
-/// A shape in the world, or in a group that an instance places there.
+/// A shape in the world, or in a group that an instance places there, or the elements of one.
 #[derive(Clone)]
 pub struct ShapeObject {
-    /// The data of the shape, or of an element.
-    pub shape: InstanceBlock,
+    /// The data of the shape, or of each element.
+    pub shapes: InstanceRun,
     /// The map from the group, or the world, to its space, by columns: the images of the axes, then that of the origin.
     pub inverse: [f32; 12],
     /// The map from its space to the group.
     pub forward: [f32; 12],
     /// The map of magnitudes of coordinates, from the group to its space and back, by which rounding errors grow.
     pub sizes: [f32; 12],
-    /// The extents of its bounding box along the axes of the group.
-    pub extents: [f32; 3],
+    /// The extents of the bounding box of each along the axes of the group.
+    pub extents: Vec<[f32; 3]>,
     /// True if its normals are flipped.
     pub reverse_orientation: bool,
     /// The factor by which volumes are scaled from its space to the group.
     pub volume_scale: f32,
     /// The place of the group, unless it is the world.
     pub group: Option<GroupPlace>,
-    /// The [way](crate::LightSelection::way) to it in the light hierarchy, if light samples choose it.
-    pub light: u32,
+    /// The [way](crate::LightSelection::way) to each in the light hierarchy, if light samples choose it.
+    pub ways: Vec<u32>,
 }
 
 /// The place of a group of shapes that does not move.
@@ -186,17 +186,19 @@ impl SurfaceClass {
         self.shape.iter().for_each(|shape| shape.add_to(layout));
     }
 
-    /// Returns the data of a surface's parts, in the order of the layout.
+    /// Returns the data of a surface's parts, of several elements for each, in the order of the layout.
     ///
     /// # Panics
     /// If an instance belongs to another program.
-    pub(crate) fn blocks(&self, surface: &SurfaceObject<'_>) -> Vec<InstanceBlock> {
-        let mut blocks = vec![self.material.block(surface.material)];
+    pub(crate) fn run(&self, surface: &SurfaceObject<'_>) -> InstanceRun {
+        let mut parts = vec![InstanceRun::new(self.material.block(surface.material), 1)];
         let emitter = self.emitter.as_ref().zip(surface.emitter);
-        blocks.extend(emitter.map(|(program, instance)| program.block(instance)));
+        parts.extend(
+            emitter.map(|(program, instance)| InstanceRun::new(program.block(instance), 1)),
+        );
         let shape = self.shape.as_ref().zip(surface.shape.as_ref());
-        blocks.extend(shape.into_iter().flat_map(|(class, object)| class.blocks(object)));
-        blocks
+        parts.extend(shape.into_iter().flat_map(|(class, object)| class.runs(object)));
+        InstanceRun::joined(&parts)
     }
 
     /// True if all methods that draw random numbers need nothing else of a host.
@@ -315,17 +317,45 @@ pub(crate) fn own_shade(material: &Program, is_own_material: bool) -> Option<Sur
 }
 
 impl ShapeObject {
-    /// Returns the data of the shape's place, in the order of [`ShapeLinks::members`].
-    fn place(&self, links: &ShapeLinks) -> InstanceBlock {
+    /// The number of elements; 1 for a shape without.
+    pub fn count(&self) -> usize {
+        self.shapes.count()
+    }
+
+    /// Returns each element as an object of its own.
+    pub fn elements(&self) -> impl Iterator<Item = ShapeObject> {
+        (0..self.count()).map(|index| ShapeObject {
+            shapes: InstanceRun::new(self.shapes.instance(index), 1),
+            extents: vec![self.extents[index]],
+            ways: vec![self.ways[index]],
+            ..self.clone()
+        })
+    }
+
+    /// Returns the data of the places, in the order of [`ShapeLinks::members`].
+    fn places(&self, links: &ShapeLinks) -> InstanceRun {
+        let ShapeObject { extents, ways, .. } = self;
         let maps = [self.inverse, self.forward, self.sizes].concat();
-        let side = if self.reverse_orientation { -1.0 } else { 1.0 };
         let maps = if links.is_placed { &maps[..] } else { &[] };
-        let floats = maps.iter().chain(&self.extents).chain([&side]).map(|it| it.to_bits());
-        let of_samples = [self.volume_scale.to_bits(), self.light];
-        let words = floats.chain(of_samples.into_iter().filter(|_| links.is_sampled));
-        let of_group = self.group.iter().flat_map(GroupPlace::floats).map(f32::to_bits);
-        let words = words.chain(of_group);
-        InstanceBlock::new(&words.collect::<Vec<u32>>(), Vec::new())
+        let side = if self.reverse_orientation { -1.0_f32 } else { 1.0 };
+        let mut words: Vec<u32> = maps.iter().map(|it| it.to_bits()).collect();
+        let first_extent = words.len() as u32;
+        words.extend([0; 3]);
+        words.push(side.to_bits());
+        let way = links.is_sampled.then_some(words.len() as u32 + 1);
+        if links.is_sampled {
+            words.extend([self.volume_scale.to_bits(), 0]);
+        }
+        words.extend(self.group.iter().flat_map(GroupPlace::floats).map(f32::to_bits));
+        let mut run = InstanceRun::new(InstanceBlock::new(&words, Vec::new()), self.count());
+        for (axis, word) in (first_extent..).take(3).enumerate() {
+            let values = extents.iter().map(|extents| extents[axis].to_bits());
+            run = run.with_column(word, values.collect());
+        }
+        match way {
+            Some(word) => run.with_column(word, ways.clone()),
+            None => run,
+        }
     }
 }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    Engine, GroupPlace, MAX_STAGE_LIGHTS, Method, Objects, ShapeObject, StageAreaLight, StageLight,
-    StageLights,
+    Engine, GroupPlace, InstanceRun, MAX_STAGE_LIGHTS, Method, ShapeObject, StageAreaLight,
+    StageLight, StageLights,
 };
 use rtsl_math::Affine;
 use rtsl_scene::{Scene, SceneObject};
@@ -112,7 +112,8 @@ fn area_lights<'a>(
             alpha: alpha.clone(),
             is_weighed: !shapes.is_invisible(),
         };
-        Some(shape_objects(scene, parts, object)?.map(light).map(Some).collect::<Vec<_>>())
+        let shapes = shape_object(scene, parts, object)?;
+        Some(shapes.elements().map(light).map(Some).collect::<Vec<_>>())
     };
     lights()
         .filter(|lights| lights.len() == entries.len())
@@ -129,32 +130,28 @@ fn group_place(placement: &Placement<'_>) -> GroupPlace {
 }
 
 /// Returns the shape of an object in the world or its group, or its elements in order; `None` if these have no data.
-pub fn shape_objects<'a>(
-    scene: &'a Scene,
-    parts: &'a StageParts<'_>,
-    object: u32,
-) -> Option<impl Iterator<Item = ShapeObject> + 'a> {
+pub fn shape_object(scene: &Scene, parts: &StageParts<'_>, object: u32) -> Option<ShapeObject> {
     let compiled = parts.classes.compiled;
     let placed = &compiled.objects[object as usize];
     let SceneObject { primitive, elements, .. } = &scene.objects[object as usize];
     let program = compiled.class(parts.objects[object as usize].class).program();
-    let elements = elements.map(|_| program.elements(primitive)).transpose().ok()?;
-    let count = elements.as_ref().map_or(1, Objects::len);
-    let shape = move |element: u32| ShapeObject {
-        shape: match &elements {
-            Some(elements) => elements.instance(element as usize),
-            None => program.block(primitive),
-        },
+    let shapes = match elements {
+        Some(_) => program.elements(primitive).ok()?.run(),
+        None => InstanceRun::new(program.block(primitive), 1),
+    };
+    let elements = 0..shapes.count() as u32;
+    let way = |element| parts.lights.way_to(object, element).unwrap_or_default();
+    Some(ShapeObject {
+        shapes,
         inverse: columns(&placed.inverse),
         forward: columns(&placed.forward),
         sizes: columns(&placed.sizes),
-        extents: compiled.extents.lengths(object, element),
+        extents: elements.clone().map(|it| compiled.extents.lengths(object, it)).collect(),
         reverse_orientation: placed.reverse_orientation,
         volume_scale: placed.volume_scale,
         group: None,
-        light: parts.lights.way_to(object, element).unwrap_or_default(),
-    };
-    Some((0..count as u32).map(shape))
+        ways: elements.map(way).collect(),
+    })
 }
 
 /// Returns a map by its columns.

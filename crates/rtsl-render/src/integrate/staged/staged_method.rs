@@ -16,7 +16,7 @@ use super::columns::Columns;
 use super::frames::BlockSizes;
 use super::moved_columns::MovedColumns;
 use super::searched_objects::searched_objects;
-use super::stage_lights::shape_objects;
+use super::stage_lights::shape_object;
 use crate::compiled::group_plan::Classes;
 use crate::compiled::instance_classes::InstanceClassId;
 use crate::compiled::material::MaterialSource;
@@ -452,7 +452,7 @@ fn surfaces_of<'a>(
     mut assign: impl FnMut(u32, u32),
 ) -> Vec<SurfaceObject<'a>> {
     let mut indices: BTreeMap<(usize, usize), u32> = BTreeMap::new();
-    let mut distinct = Vec::new();
+    let (mut distinct, mut next) = (Vec::new(), 0);
     for object in objects {
         let placed = &scene.objects[*object as usize];
         let material: &Instance = match is_own_material(placed) {
@@ -461,20 +461,18 @@ fn surfaces_of<'a>(
         };
         let emitter = placed.emitter.map(|emitter| &*scene.materials[emitter as usize]);
         let address = |instance: &Instance| std::ptr::from_ref(instance).addr();
-        let next = distinct.len() as u32;
         let surface = |shape| SurfaceObject { material, emitter, shape };
-        let shapes = class.shape.as_ref().and_then(|_| shape_objects(scene, parts, *object));
-        let index = match shapes {
+        let shape = class.shape.as_ref().and_then(|_| shape_object(scene, parts, *object));
+        let key = (address(material), emitter.map_or(0, address));
+        let index = match (shape, indices.get(&key)) {
+            (None, Some(index)) => *index,
             // Each shape has a place of its own.
-            Some(shapes) => {
-                distinct.extend(shapes.map(|shape| surface(Some(shape))));
-                next
-            }
-            None => {
-                let key = (address(material), emitter.map_or(0, address));
-                let index = *indices.entry(key).or_insert(next);
-                if index == next {
-                    distinct.push(surface(None));
+            (shape, _) => {
+                let (index, is_any) = (next, shape.is_none());
+                next += shape.as_ref().map_or(1, |shape| shape.count() as u32);
+                distinct.push(surface(shape));
+                if is_any {
+                    indices.insert(key, index);
                 }
                 index
             }
