@@ -127,6 +127,11 @@ impl Child {
         Child(leaf | Child::LEAF)
     }
 
+    /// Returns the reference in tables in which so many nodes and leaves come before.
+    pub(super) const fn after(self, nodes: u32, leaves: u32) -> Self {
+        Child(self.0 + if self.is_leaf() { leaves } else { nodes })
+    }
+
     /// Neither a node nor a leaf: the end of a traversal stack.
     pub const END: Child = Child::node(Child::LEAF - 1);
 
@@ -284,7 +289,12 @@ impl Bvh8 {
     /// Computes the boxes of nodes from those of items. Nodes are processed backwards, so every child is done before
     /// its parent.
     pub(super) fn bound_nodes(&mut self) {
-        for index in (0..self.nodes.len()).rev() {
+        self.bound_first_nodes(self.nodes.len());
+    }
+
+    /// The same for the first nodes, if the others are done.
+    pub(super) fn bound_first_nodes(&mut self, count: usize) {
+        for index in (0..count).rev() {
             let node = self.nodes[index];
             for child in 0..node.count as usize {
                 let bounds = self.bounds_of(node.children[child], node.items[child]);

@@ -196,6 +196,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         self.find_wanted_attributes();
         self.read_file_attributes();
         self.read_images();
+        self.read_meshes();
         let camera = self.instance(camera_entity);
         let integrator = match description.integrator {
             Some(entity) => self.integrator(entity),

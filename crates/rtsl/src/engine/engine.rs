@@ -294,7 +294,7 @@ pub(super) fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sy
 }
 
 /// Does the pieces of work `0..count` on all processors, and returns their results in order.
-pub(super) fn each_on_threads<T: Send + Sync>(
+pub(crate) fn each_on_threads<T: Send + Sync>(
     count: usize,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<T> {

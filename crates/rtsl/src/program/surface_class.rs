@@ -12,6 +12,7 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use super::program::Program;
+use crate::engine::engine::each_on_threads;
 use crate::instance::instance::Instance;
 
 /// Surfaces with materials of one class, and emitters of one class.
@@ -150,17 +151,23 @@ const CALLED: [Method; 4] =
     [Method::Emission, Method::Bsdf, Method::SampleBsdf, Method::EvaluatePdf];
 
 impl SurfaceClass {
-    /// Links the methods of the material and of the emitter that stages call.
+    /// Links the methods of materials and emitters that stages call, on all processors.
     ///
     /// # Errors
     /// If linking passes a limit.
-    pub fn link_methods(&self) -> Result<(), Diagnostic> {
-        for program in self.emitter.iter().chain([&self.material]) {
-            for method in CALLED.into_iter().filter(|method| program.has(*method)) {
-                program.method(method)?;
-            }
+    pub fn link_methods(classes: &[Arc<SurfaceClass>]) -> Result<(), Diagnostic> {
+        let mut methods: BTreeMap<(usize, Method), &Program> = BTreeMap::new();
+        for program in classes.iter().flat_map(|it| it.emitter.iter().chain([&it.material])) {
+            let called = CALLED.into_iter().filter(|method| program.has(*method));
+            methods.extend(called.map(|it| ((Arc::as_ptr(program).addr(), it), &**program)));
         }
-        Ok(())
+        let methods: Vec<(Method, &Program)> =
+            methods.into_iter().map(|((_, method), program)| (method, program)).collect();
+        let linked = each_on_threads(methods.len(), |index| {
+            let (method, program) = methods[index];
+            program.method(method).map(drop)
+        });
+        linked.into_iter().collect()
     }
 
     /// True if the parts have the same classes.

@@ -126,11 +126,14 @@ impl StagedMethod {
         let StageParts { classes, values, .. } = parts;
         let sampler = classes.compiled.settings.sampler;
         let mut surfaces = vec![Surface::default(); scene.objects.len()];
+        let (keys, members): (Vec<SurfaceKey>, Vec<Vec<u32>>) =
+            by_class(scene, parts).into_iter().unzip();
+        let surface_classes: Vec<Arc<SurfaceClass>> =
+            keys.iter().map(|key| Arc::new(key.class(classes))).collect();
+        SurfaceClass::link_methods(&surface_classes)?;
         let mut classed = Vec::new();
-        for (group, (key, members)) in (1..).zip(by_class(scene, parts)) {
-            let class = Arc::new(key.class(classes));
-            class.link_methods()?;
-            let made = surfaces_of(scene, parts, &class, &members, |object, index| {
+        for ((group, class), members) in (1..).zip(surface_classes).zip(&members) {
+            let made = surfaces_of(scene, parts, &class, members, |object, index| {
                 let is_mesh = scene.objects[object as usize].elements.is_some();
                 let has_elements = is_mesh && class.shape.is_some();
                 surfaces[object as usize] = Surface { group, index, has_elements };
