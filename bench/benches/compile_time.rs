@@ -211,6 +211,9 @@ fn report_first_tile(scene: &str) {
         let _ = out.write_all(b"tile\n").and_then(|()| out.flush());
         std::process::exit(0);
     };
+    if let Err(error) = Engine::keep_code() {
+        eprintln!("{error}");
+    }
     let request = RenderRequest {
         scene: Path::new(scene).to_owned(),
         progress: Some(&progress),
@@ -221,22 +224,30 @@ fn report_first_tile(scene: &str) {
     }
 }
 
+/// Prints the times without a cache of machine code, and with one that has what the scene needs.
 fn print_cold_start() {
     let Ok(program) = std::env::current_exe() else { return };
-    let mut times: Vec<Duration> = (0..20).filter_map(|_| first_tile(&program)).collect();
-    times.sort();
-    let (Some(best), Some(median)) = (times.first(), times.get(times.len() / 2)) else { return };
-    println!(
-        "three-spheres, process start to first tile, ms: best {:.0}, median {:.0}",
-        milliseconds(*best),
-        milliseconds(*median)
-    );
+    let folder = std::env::temp_dir().join(format!("rtsl-compile-time-{}", std::process::id()));
+    first_tile(&program, &folder);
+    for (name, cache) in [("", Path::new("")), (" from the cache", &folder)] {
+        let mut times: Vec<Duration> =
+            (0..20).filter_map(|_| first_tile(&program, cache)).collect();
+        times.sort();
+        let (Some(best), Some(median)) = (times.first(), times.get(times.len() / 2)) else { break };
+        println!(
+            "three-spheres{name}, process start to first tile, ms: best {:.0}, median {:.0}",
+            milliseconds(*best),
+            milliseconds(*median)
+        );
+    }
+    let _ = std::fs::remove_dir_all(folder);
 }
 
-fn first_tile(program: &Path) -> Option<Duration> {
+fn first_tile(program: &Path, cache: &Path) -> Option<Duration> {
     let start = Instant::now();
     let mut command = Command::new(program);
-    let mut child = command.args([CHILD, SCENE]).stdout(Stdio::piped()).spawn().ok()?;
+    command.args([CHILD, SCENE]).env("RTSL_CACHE", cache).stdout(Stdio::piped());
+    let mut child = command.spawn().ok()?;
     let mut line = String::new();
     BufReader::new(child.stdout.take()?).read_line(&mut line).ok()?;
     let time = start.elapsed();

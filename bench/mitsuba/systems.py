@@ -86,7 +86,8 @@ class Rtsl:
     def run(self, task: Task, out: Path | None, options: list[str]) -> Run:
         statistics = self.work / "rtsl.json"
         picture = out or self.work / "rtsl.exr"
-        command = [self.program, "render", self.scenes / f"{task.scene}.pbrt", "-o", picture]
+        command = [self.program, "--no-cache", "render", self.scenes / f"{task.scene}.pbrt"]
+        command += ["-o", picture]
         command += ["--stats", statistics, "--seed", task.seed]
         command += ["--spp", task.samples, "--size", f"{task.size}x{task.size}"]
         command += ["--threads", task.threads, *self.integrators[task.integrator]]

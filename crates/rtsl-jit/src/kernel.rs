@@ -81,19 +81,28 @@ impl CompiledKernel {
         kernels.map(|(index, kernel)| CompiledKernel::of(&module, kernel, index)).collect()
     }
 
-    /// Returns a kernel that was compiled before, alone and at this level: by this process or, if there is a
-    /// [cache](Llvm::keep_code_in), by another one.
-    pub fn compiled_before(
+    /// Returns a kernel that was compiled at this level before, by this process or, if there is a
+    /// [cache](Llvm::keep_code_in), by another; compiles it without optimisation otherwise. The result has the level of
+    /// the code.
+    ///
+    /// # Errors
+    /// As for [`CompiledKernel::compile`].
+    pub fn compile_soon(
         llvm: &Arc<Llvm>,
         kernel: &Kernel,
         features: &TargetFeatures,
         level: OptLevel,
-    ) -> Option<CompiledKernel> {
-        rtsl_packet::verify(kernel).ok()?;
+    ) -> Result<(CompiledKernel, OptLevel), JitError> {
+        rtsl_packet::verify(kernel)?;
+        frames::check_least(&symbol(0), kernel)?;
+        let level = level.for_work(kernel.work());
         let features = features_of_host(llvm.host(), features);
         let text = module_text(std::slice::from_ref(kernel), &features);
-        let module = llvm.compiled_before(&text, level.for_work(kernel.work())).ok()??;
-        CompiledKernel::of(&module, kernel, 0).ok()
+        let (module, level) = match llvm.compiled_before(&text, level)? {
+            Some(module) => (module, level),
+            None => (llvm.compile(&text, llvm.host(), OptLevel::O0)?, OptLevel::O0),
+        };
+        Ok((CompiledKernel::of(&module, kernel, 0)?, level))
     }
 
     /// Returns the kernel of this number in a module that was compiled from packet code that is verified.

@@ -57,9 +57,16 @@ impl PyEngine {
             costs: costs.then(LineCosts::default),
             ..EngineOptions::default()
         };
+        let kept = Engine::keep_code();
         let made = detached(py, || Engine::new(options))?;
         let (engine, warnings) = made.map_err(|it| Exception::Error.of_diagnostic(&it))?;
-        let warnings = warnings.iter().map(ToString::to_string).collect();
+        let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        // A folder that can't be used is worth a warning if the user named it.
+        if let Err(error) = kept
+            && std::env::var_os("RTSL_CACHE").is_some()
+        {
+            warnings.push(format!("machine code is not kept: {error}"));
+        }
         Ok(PyEngine { engine, math, recent: Mutex::default(), warnings })
     }
 

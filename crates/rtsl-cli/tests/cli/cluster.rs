@@ -1,16 +1,16 @@
 //! `rtsl render --cluster`, with interpreters of Python that are scripts. The tests of the Python package render.
 
 use std::os::unix::fs::PermissionsExt;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use crate::command::{DONE, Folder, INPUT_AT_FAULT, WRONG_USAGE};
+use crate::command::{DONE, Folder, INPUT_AT_FAULT, WRONG_USAGE, rtsl};
 
 /// Runs the command with a script as the interpreter.
 fn run(folder: &Folder, script: &str, arguments: &[&str]) -> Output {
     let python = folder.0.path().join("python");
     std::fs::write(&python, format!("#!/bin/sh\n{script}")).unwrap();
     std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
+    let mut command = rtsl();
     command.args(["render", "scene.pbrt", "-o", "a.exr", "--cluster", "auto"]).args(arguments);
     command.current_dir(&folder.0).env("RTSL_PYTHON", python).env_remove("RTSL_PATH");
     command.output().unwrap()
@@ -62,7 +62,7 @@ fn what_is_missing_is_said() {
     says(&interpreter("77.0.0", "2.60.0"), "has version 77.0.0 of the package `rtsl`");
     says(&interpreter(version, ""), "has no package `ray`");
     says("exit 3", "has no package `rtsl`");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
+    let mut command = rtsl();
     command.args(["render", "scene.pbrt", "-o", "a.exr", "--cluster", "auto"]);
     let ran = command.current_dir(&folder.0).env("RTSL_PYTHON", "no-such-python").output().unwrap();
     let errors = String::from_utf8_lossy(&ran.stderr);

@@ -11,6 +11,13 @@ pub const DONE: i32 = 0;
 pub const INPUT_AT_FAULT: i32 = 1;
 pub const WRONG_USAGE: i32 = 2;
 
+/// The command, without a cache of machine code: tests leave nothing in the user's folders.
+pub fn rtsl() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
+    command.env("RTSL_CACHE", "");
+    command
+}
+
 /// A folder of a test's own, gone when the test ends.
 pub struct Folder(pub TempDir);
 
@@ -46,8 +53,18 @@ impl Folder {
     }
 
     fn run_at(&self, place: &Path, arguments: &[&str], input: &str) -> Ran {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_rtsl"))
-            .args(arguments)
+        self.run_command(rtsl().args(arguments), place, input)
+    }
+
+    /// Runs it with a cache of machine code in a folder inside of this one.
+    pub fn run_with_cache(&self, cache: &str, arguments: &[&str]) -> Ran {
+        let mut command = rtsl();
+        command.args(arguments).env("RTSL_CACHE", self.path(cache));
+        self.run_command(&mut command, self.0.path(), "")
+    }
+
+    fn run_command(&self, command: &mut Command, place: &Path, input: &str) -> Ran {
+        let mut child = command
             .current_dir(place)
             .env_remove("NO_COLOR")
             // Whatever is installed.

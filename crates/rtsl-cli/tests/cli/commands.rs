@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use expect_test::expect;
 use rtsl_image::Aov;
 
-use crate::command::{DONE, Folder, INPUT_AT_FAULT, SPHERE, WRONG_USAGE};
+use crate::command::{DONE, Folder, INPUT_AT_FAULT, SPHERE, WRONG_USAGE, rtsl};
 
 #[test]
 fn check_accepts_and_refuses() {
@@ -180,7 +180,7 @@ fn an_interrupt_ends_an_evaluation_at_once() {
     let folder = Folder::new("interrupt");
     folder.write("endless.rtsl", ENDLESS);
     let started = std::time::Instant::now();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_rtsl"))
+    let mut child = rtsl()
         .args(["eval", "endless.rtsl", "lookup", "--backend", "interp", "--budget", "1073741824"])
         .current_dir(&folder.0)
         .stdout(Stdio::null())

@@ -2,14 +2,14 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use expect_test::expect;
 use serde_json::{Value as Json, json};
 
-use crate::command::{DONE, Folder, WRONG_USAGE};
+use crate::command::{DONE, Folder, WRONG_USAGE, rtsl};
 use crate::framing::{received, send};
 
 /// The time after which the adapter is taken to be stuck.
@@ -63,7 +63,7 @@ struct Client {
 }
 
 fn adapter(folder: &Folder, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_rtsl"))
+    rtsl()
         .arg("dap")
         .args(arguments)
         .current_dir(&folder.0)

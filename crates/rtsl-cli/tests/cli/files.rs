@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
-use crate::command::{Folder, ball_scene};
+use crate::command::{Folder, ball_scene, rtsl};
 
 /// A folder with a scene.
 fn scene_folder(name: &str) -> Folder {
@@ -14,7 +14,7 @@ fn scene_folder(name: &str) -> Folder {
 
 /// A render by the interpreter, which starts at once.
 fn render(folder: &Folder, output: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
+    let mut command = rtsl();
     command.arg("render").arg(folder.path("scene.pbrt")).arg("-o").arg(folder.path(output));
     command.args(["--threads", "1", "--backend", "interp"]);
     command.stdout(Stdio::null()).stderr(Stdio::piped());

@@ -1,11 +1,11 @@
 //! `rtsl lsp` runs the program itself for costs of lines and values of pixels.
 
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
 use serde_json::{Value as Json, json};
 
-use crate::command::Folder;
+use crate::command::{Folder, rtsl};
 use crate::framing::{received, send};
 
 /// The time after which the server is taken to be stuck.
@@ -40,7 +40,7 @@ fn costs_and_pixels_come_from_the_program() {
     folder.write("ball.pbrt", BALL);
     let root = std::fs::canonicalize(folder.0.path()).unwrap();
     let uri = format!("file://{}", root.join("wave.rtsl").display());
-    let mut server = Command::new(env!("CARGO_BIN_EXE_rtsl"))
+    let mut server = rtsl()
         .arg("lsp")
         .env("XDG_CACHE_HOME", root.join("cache"))
         .stdin(Stdio::piped())

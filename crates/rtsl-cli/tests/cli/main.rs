@@ -1,6 +1,7 @@
 //! The integration tests of `rtsl-cli`, as one program: linking is most of the work of building tests.
 
 mod bench;
+mod cache;
 #[cfg(unix)]
 mod cluster;
 mod command;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::command::Folder;
+use crate::command::{Folder, rtsl};
 
 /// A folder with the scene.
 fn scene_folder(name: &str) -> Folder {
@@ -28,7 +28,7 @@ Shape \"Plane\" \"point3 point\" [0 -1 0]
 ";
 
 fn render(folder: &Folder, output: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
+    let mut command = rtsl();
     command.arg("render").arg(folder.path("scene.pbrt")).arg("-o").arg(folder.path(output));
     command.args(["--threads", "2"]).stderr(Stdio::null());
     command

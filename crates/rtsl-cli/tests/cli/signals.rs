@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::command::{Folder, INPUT_AT_FAULT, ball_scene};
+use crate::command::{Folder, INPUT_AT_FAULT, ball_scene, rtsl};
 
 /// Starts the render by a command line of `sh`, in which `rtsl` is the program.
 fn start(folder: &Folder, line: &str) -> Child {
@@ -90,7 +90,7 @@ fn signals_reach_the_interpreter_of_a_cluster() {
     folder.write("python", &script);
     let executable = std::fs::Permissions::from_mode(0o755);
     std::fs::set_permissions(path("python"), executable).expect("it is ours");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rtsl"));
+    let mut command = rtsl();
     command.args(["render", "scene.pbrt", "-o", "a.exr", "--cluster", "auto"]);
     command.current_dir(&folder.0).env("RTSL_PYTHON", path("python"));
     let mut child = command.spawn().expect("it runs");

@@ -50,6 +50,13 @@ pub(crate) enum Light {
     Deferred,
 }
 
+/// A kernel that was made soon.
+pub(crate) struct FirstKernel {
+    pub kernel: Kernel,
+    /// True if there is no faster code of it.
+    pub is_optimised: bool,
+}
+
 /// Compiles methods of linked classes to kernels.
 #[derive(Debug)]
 pub(crate) struct KernelCompiler {
@@ -266,45 +273,34 @@ impl KernelCompiler {
         })
     }
 
-    /// True if [`first_kernels`](Self::first_kernels) are made with less effort than [`kernels`](Self::kernels).
+    /// True if kernels can be made with less effort than [`kernels`](Self::kernels), of slower code.
     pub fn has_cheaper_code(&self) -> bool {
         self.llvm.is_some() && self.options.optimization > OptLevel::O0
     }
 
-    /// Makes kernels of the same bits as [`kernels`](Self::kernels) without optimisation by LLVM, where that is cheaper
-    /// and its code needs no larger stack frames than there may be. On a Zen 4, the stages of `Path` in
-    /// `scenes/three-spheres.pbrt` take two fifths of the time to compile, and a picture with 16 samples takes a
-    /// twentieth longer to render.
+    /// Makes a kernel soon: the one of [`kernels`](Self::kernels) if it was compiled before, and otherwise one of the
+    /// same bits without optimisation by LLVM, where that is cheaper and its code needs no larger stack frame than there
+    /// may be. On a Zen 4, the stages of `Path` in `scenes/three-spheres.pbrt` take two fifths of the time to compile,
+    /// and a picture with 16 samples takes a twentieth longer to render.
+    ///
+    /// Each is a module, so that a cache finds it whatever else a scene has. That takes as long as modules of several
+    /// (Zen 5: 1.04 of their time in `scenes/primitives.pbrt`, 0.96 in a bathroom with eleven classes of surfaces).
     ///
     /// # Errors
     /// As for [`kernels`](Self::kernels).
-    pub fn first_kernels(&self, sources: &[KernelSource<'_>]) -> Result<Vec<Kernel>, Diagnostic> {
-        let Some(llvm) = self.llvm.as_ref().filter(|_| self.has_cheaper_code()) else {
-            return self.kernels(sources);
-        };
-        let nesting = sources.iter().map(|source| source.function.nesting()).max().unwrap_or(0);
-        let cheap = nesting::with_stack_for(nesting, || {
-            let packets = sources.iter().map(|source| self.packet(*source));
-            let packets = packets.collect::<Result<Vec<_>, _>>().ok()?;
-            let features = target_features(llvm.host());
-            CompiledKernel::compile(llvm, &packets, &features, OptLevel::O0).ok()
+    pub fn first_kernel(&self, source: KernelSource<'_>) -> Result<FirstKernel, Diagnostic> {
+        let cheap = self.llvm.as_ref().filter(|_| self.has_cheaper_code()).and_then(|llvm| {
+            nesting::with_stack_for(source.function.nesting(), || {
+                let packet = self.packet(source).ok()?;
+                let (features, level) = (target_features(llvm.host()), self.options.optimization);
+                CompiledKernel::compile_soon(llvm, &packet, &features, level).ok()
+            })
         });
-        match cheap {
-            Some(kernels) => Ok(kernels.into_iter().map(Kernel::compiled).collect()),
-            None => self.kernels(sources),
-        }
-    }
-
-    /// Returns the kernel of a source, optimised, if another process has compiled it and there is a
-    /// [cache](Llvm::keep_code_in).
-    pub fn cached_kernel(&self, source: KernelSource<'_>) -> Option<Kernel> {
-        let llvm = self.llvm.as_ref().filter(|_| Llvm::code_cache().is_some())?;
-        nesting::with_stack_for(source.function.nesting(), || {
-            let packet = self.packet(source).ok()?;
-            let (features, level) = (target_features(llvm.host()), self.options.optimization);
-            let kernel = CompiledKernel::compiled_before(llvm, &packet, &features, level)?;
-            Some(Kernel::compiled(kernel))
-        })
+        let Some((kernel, level)) = cheap else {
+            let kernel = self.kernels(&[source])?.pop().expect("each source has a kernel");
+            return Ok(FirstKernel { kernel, is_optimised: true });
+        };
+        Ok(FirstKernel { kernel: Kernel::compiled(kernel), is_optimised: level > OptLevel::O0 })
     }
 
     fn compiled(

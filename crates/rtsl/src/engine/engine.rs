@@ -251,7 +251,7 @@ impl Engine {
 
 /// Distributes kernels of these sizes over modules of about equal work. There are enough modules to keep the threads
 /// busy to the end, and few enough that the cost of a module does not matter.
-pub(super) fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
+fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
     /// The cost of a kernel for LLVM beyond its operations, in operations.
     const KERNEL_COST: usize = 50;
     const MODULES_PER_THREAD: usize = 2;
@@ -269,12 +269,12 @@ pub(super) fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
 }
 
 /// The number of threads that work at a time.
-pub(super) fn processors() -> usize {
+fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Does the pieces of work `0..count` on threads.
-pub(super) fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
+fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
     let next = AtomicUsize::new(0);
     let take = || {
         loop {

@@ -21,8 +21,9 @@ use rtsl_spec::lookup_state;
 use rtsl_stages::{Port, ResumedBy};
 
 use super::background::{Answer, wait};
-use super::engine::{Engine, each_on_threads, into_modules, processors};
+use super::engine::{Engine, each_on_threads};
 use super::tiered_kernel::TieredKernel;
+use crate::codegen::kernel_compiler::FirstKernel;
 use crate::codegen::kernel_source::KernelSource;
 use crate::codegen::variant::Variant;
 use crate::nesting;
@@ -192,7 +193,7 @@ impl Engine {
         let linked = self.link_camera(camera, true)?;
         let kernels = self.compiler().kernels(&[linked.source(self.width())])?;
         let kernel = kernels.into_iter().next().expect("each source has a kernel");
-        Ok(Arc::new(TieredKernel::new(kernel)))
+        Ok(Arc::new(TieredKernel::new(FirstKernel { kernel, is_optimised: true })))
     }
 
     fn link_camera(
@@ -236,39 +237,18 @@ impl Engine {
     ) -> Result<Vec<Arc<TieredKernel>>, Diagnostic> {
         let kept = |linked: &Arc<Linked>| earlier.and_then(|earlier| earlier.kernel_of(linked));
         let mut kernels: Vec<Option<Arc<TieredKernel>>> = linked.iter().map(kept).collect();
-        let new: Vec<usize> = (0..linked.len()).filter(|it| kernels[*it].is_none()).collect();
-        let functions: Vec<&Linked> = new.iter().map(|index| &*linked[*index]).collect();
-        for (index, kernel) in new.into_iter().zip(self.compile_new(&functions)?) {
-            kernels[index] = Some(Arc::new(kernel));
-        }
-        Ok(kernels.into_iter().flatten().collect())
-    }
-
-    /// Returns the kernels of linked stages: optimised ones from a cache, and for others code that is made soon.
-    fn compile_new(&self, linked: &[&Linked]) -> Result<Vec<TieredKernel>, Diagnostic> {
-        let source = |index: usize| linked[index].source(self.width());
-        let compiler = self.compiler();
-        let cached = each_on_threads(linked.len(), |index| compiler.cached_kernel(source(index)));
-        let mut kernels: Vec<Option<TieredKernel>> =
-            cached.into_iter().map(|it| it.map(TieredKernel::of_optimised)).collect();
-        let missing: Vec<usize> = (0..linked.len()).filter(|it| kernels[*it].is_none()).collect();
-        let sizes: Vec<usize> =
-            missing.iter().map(|index| linked[*index].function.values.len()).collect();
-        let modules = into_modules(&sizes, processors());
-        let made = each_on_threads(modules.len(), |module| {
-            let sources: Vec<_> =
-                modules[module].iter().map(|index| source(missing[*index])).collect();
-            compiler.first_kernels(&sources).or_else(|_| {
-                // One by one, so that an error names the right one, and one may be narrower than the others.
-                let alone = |source: &KernelSource<'_>| compiler.first_kernels(&[*source]);
-                let kernels = sources.iter().map(alone).collect::<Result<Vec<_>, _>>()?;
-                Ok(kernels.into_iter().flatten().collect())
-            })
+        let mut new: Vec<usize> = (0..linked.len()).filter(|it| kernels[*it].is_none()).collect();
+        // The largest first, so that none is left over at the end.
+        new.sort_by_key(|index| std::cmp::Reverse(linked[*index].function.values.len()));
+        let width = self.width();
+        let made = each_on_threads(new.len(), |index| {
+            self.compiler().first_kernel(linked[new[index]].source(width))
         });
-        for (module, made) in modules.into_iter().zip(made) {
-            for (index, kernel) in module.into_iter().zip(made?) {
-                kernels[missing[index]] = Some(TieredKernel::new(kernel));
-            }
+        // Of several errors the first in the order of the kernels counts.
+        let mut made: Vec<_> = new.into_iter().zip(made).collect();
+        made.sort_unstable_by_key(|(index, _)| *index);
+        for (index, first) in made {
+            kernels[index] = Some(Arc::new(TieredKernel::new(first?)));
         }
         Ok(kernels.into_iter().flatten().collect())
     }

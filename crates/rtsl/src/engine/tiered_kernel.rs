@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::codegen::kernel::Kernel;
+use crate::codegen::kernel_compiler::FirstKernel;
 
 /// A kernel whose code was generated without optimisation by LLVM, which takes a fraction of the time, and once a
 /// background thread has made it, the optimised one. Both give the same bits.
@@ -13,13 +14,10 @@ pub struct TieredKernel {
 }
 
 impl TieredKernel {
-    pub(crate) fn new(first: Kernel) -> TieredKernel {
-        TieredKernel { first, optimised: OnceLock::new() }
-    }
-
-    /// Creates one of an optimised kernel that was there.
-    pub(crate) fn of_optimised(kernel: Kernel) -> TieredKernel {
-        TieredKernel { first: kernel.clone(), optimised: kernel.into() }
+    pub(crate) fn new(first: FirstKernel) -> TieredKernel {
+        let FirstKernel { kernel, is_optimised } = first;
+        let optimised = if is_optimised { kernel.clone().into() } else { OnceLock::new() };
+        TieredKernel { first: kernel, optimised }
     }
 
     /// Returns the fastest kernel made so far.
