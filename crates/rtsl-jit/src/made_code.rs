@@ -6,7 +6,7 @@ use crate::frames::Frames;
 use crate::module::Module;
 use crate::module_key::ModuleKey;
 
-/// What stored code begins with.
+/// The first bytes of stored code.
 const MAGIC: &[u8; 8] = b"rtslcode";
 
 /// An object file with the sizes of the stack frames of its functions.

@@ -28,7 +28,7 @@ const MARK_AGE: Duration = Duration::from_secs(3600 * 24);
 const WRITABLE_BY_OTHERS: u32 = 0o022;
 /// The bit of a folder in which users can only rename and remove files of their own.
 const STICKY: u32 = 0o1000;
-/// What files that are being written begin with.
+/// The first part of the names of files that are being written.
 const UNFINISHED: &str = "unfinished-";
 
 /// A folder of this user, below folders that no other user can rename. It and its files were not written by others, so
