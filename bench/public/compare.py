@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Compares RTSL with Mitsuba 3, and pbrt-v4 if it is given, on scenes of the pbrt-v4 format.
 
-The scenes are those of a folder of yours, which may have a folder for each; none are fetched. All systems render
-the same copy of a scene: paths of the same depth, a box filter and independent samples, no Russian roulette (but
-pbrt's), radiance without the settings of the film. Mitsuba takes a conversion; what it approximates or leaves out
-is told below the table, and the ratio of mean luminances (the column `means`) tells whether the pictures agree.
-Mitsuba is installed into a virtual environment below `target/`, and uses RTSL's LLVM.
+The scenes are those of a folder of yours, which may have a folder for each; none are fetched. RTSL
+and pbrt render the same copy of a scene, Mitsuba a conversion of it: paths of the same depth
+without Russian roulette (except pbrt's), a box filter, independent samples, and radiance without
+the settings of the film. What the conversion approximates or leaves out is told below the table.
+The ratio of mean luminances (the column `means`) tells whether the pictures agree, and a sheet for
+each scene shows both. Mitsuba is installed into a virtual environment below `target/`, and uses
+RTSL's LLVM.
 """
 
 import argparse
@@ -22,66 +24,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(1, str(HERE.parent / "mitsuba"))
 
+import arguments  # noqa: E402
 import environment  # noqa: E402
 
-PARTS = "speed", "first", "profile", "error"
-EXAMPLES = """examples:
-  bench/public/compare.py ~/pbrt-v4-scenes
-  bench/public/compare.py ~/pbrt-v4-scenes --scenes 'killeroos*' crown --rtsl target/release/rtsl
-  bench/public/compare.py ~/pbrt-v4-scenes --scenes staircase veach-ajar crown --parts error
-"""
 # Exit codes.
 FAILED, USAGE, INTERRUPTED = 1, 2, 130
-
-
-def positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError
-    return number
-
-
-def size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)x(\d+)", text)
-    if not match or "0" in match.groups():
-        raise argparse.ArgumentTypeError(f"`{text}` is no size such as 384x216")
-    return int(match.group(1)), int(match.group(2))
-
-
-def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    target = environment.REPOSITORY / "target"
-    add = parser.add_argument
-    add("folder", type=Path, metavar="FOLDER", help="a folder with scenes of the pbrt-v4 format")
-    add("--rtsl", type=Path, metavar="PATH", help="a built rtsl; without it, one is built")
-    add("--scenes", nargs="+", metavar="NAME", help="some of the scenes, by name or pattern; else all")
-    add("--size", type=size, default=(384, 216), metavar="WxH", help="columns and rows (384x216)")
-    add("--samples", type=positive, default=32, metavar="N", help="samples a pixel (32)")
-    add("--depth", type=positive, default=8, metavar="N", help="edges of a path at most (8)")
-    add("--threads", type=positive, default=1, metavar="N", help="threads and processors (1)")
-    add("--rounds", type=positive, default=3, metavar="N", help="turns for speed (3)")
-    add("--parts", nargs="+", choices=PARTS, default=("speed", "first"), metavar="PART",
-        help="`speed`: paths a second, memory; `first`: time to a first tile; `profile`: what takes the "
-        "time of RTSL, by perf; `error`: error over time (speed first)")  # fmt: skip
-    add("--error-size", type=size, default=(192, 108), metavar="WxH", help="for error (192x108)")
-    add("--reference", type=positive, default=512, metavar="N",
-        help="samples a pixel of each long render, for error (512)")  # fmt: skip
-    add("--pbrt", type=Path, metavar="PATH", help="a built pbrt-v4, as a second rival for speed")
-    add("--out", type=Path, default=target / "public", help="folder for tables and pictures (target/public)")
-    add("--environment", type=Path, default=target / "mitsuba" / "environment",
-        help="folder of the virtual environment (target/mitsuba/environment)")  # fmt: skip
-    options = parser.parse_args()
-    if options.depth < 2:
-        parser.error("--depth: a path with light from a surface has 2 edges at least")
-    if not options.folder.is_dir():
-        parser.error(f"there is no folder `{options.folder}`: name one with scenes of the pbrt-v4 format")
-    if options.pbrt and not (options.pbrt.is_file() and os.access(options.pbrt, os.X_OK)):
-        parser.error(f"--pbrt: `{options.pbrt}` is no program: build pbrt-v4, or leave the option out")
-    if options.rtsl and not options.rtsl.is_file():
-        parser.error(f"--rtsl: there is no `{options.rtsl}`: build it, or leave the option out")
-    return options
 
 
 def share_llvm(program: Path) -> None:
@@ -106,7 +53,7 @@ def choose(scenes: list, patterns: list[str] | None) -> list:
 
 
 def main() -> int:
-    options = arguments()
+    options = arguments.parse(__doc__)
     environment.enter(options.environment)
     # Only now, since this needs packages of the environment.
     from scene_files import find_scenes
@@ -130,11 +77,14 @@ def main() -> int:
 
 
 def compare(options: argparse.Namespace, program: Path, scenes: list, work: Path) -> int:
+    import drjit
     import mitsuba
 
     # Pictures are read and written by a variant that needs no LLVM.
     mitsuba.set_variant("scalar_rgb")
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
+    # With one thread, Mitsuba waits forever for another that writes.
+    drjit.set_thread_count(2)
     # These can only be imported where a variant is set.
     import comparison
 

@@ -70,8 +70,8 @@ class Comparison:
         options = self.options
         width, height = options.size
         print(
-            f"\n{width} by {height} pixels, samples: {options.samples}, edges of a path: {options.depth}, "
-            f"threads: {options.threads}, turns: {options.rounds}"
+            f"\n{width} by {height} pixels, samples: {options.samples}, "
+            f"edges of a path: {options.depth}, threads: {options.threads}, turns: {options.rounds}"
         )
 
     def attempt(self, scene: SceneFile, action: Callable[[SceneFile], None]) -> None:
@@ -83,7 +83,9 @@ class Comparison:
             print(f"{scene.name}: {self.failures[scene.name]}", file=sys.stderr, flush=True)
 
     @contextmanager
-    def prepared(self, scene: SceneFile, size: tuple[int, int]) -> Iterator[tuple[PreparedScene, list]]:
+    def prepared(
+        self, scene: SceneFile, size: tuple[int, int]
+    ) -> Iterator[tuple[PreparedScene, list]]:
         """The copy of a scene with the settings, its conversion, and the remarks about it."""
         folder = self.work / scene.name
         folder.mkdir(exist_ok=True)
@@ -92,7 +94,10 @@ class Comparison:
         try:
             remarks = convert(scene.path, settings, folder, converted)
             with copy_beside(scene, settings) as copy:
-                yield PreparedScene(scene.name, copy, converted, self.options.depth), remarks
+                yield (
+                    PreparedScene(scene.name, scene.path, copy, converted, self.options.depth),
+                    remarks,
+                )
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -144,7 +149,9 @@ class Comparison:
         folder.mkdir(exist_ok=True)
         settings = Settings(*options.size, options.depth)
         with copy_beside(scene, settings) as copy:
-            prepared = PreparedScene(scene.name, copy, folder / "scene.json", options.depth)
+            prepared = PreparedScene(
+                scene.name, scene.path, copy, folder / "scene.json", options.depth
+            )
             task = Picture(scene.name, options.size, options.samples, 0, options.threads)
             recorder = perf.Recorder(Rtsl(self.program, prepared, folder), folder)
             try:
@@ -177,7 +184,7 @@ class Comparison:
             unit = f"{picture}, {options.samples} samples; medians of {options.rounds} turns"
             tables.write_speed(self.all_rates, rivals, unit, origin, out)
         if any(rates.first_tile for rates in self.all_rates):
-            unit = f"seconds from the start of the process, two threads; {picture}; Mitsuba's has 1 sample"
+            unit = f"seconds from the start of the process, two threads; {picture}"
             tables.write_first(self.all_rates, unit, origin, out)
         if self.profiles:
             unit = f"parts of the render's time in per cent; {picture}"

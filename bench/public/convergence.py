@@ -48,14 +48,24 @@ def measure(system, task: Picture, truth: numpy.ndarray, work: Path) -> Relative
     return RelativePoint(scene, system.name, task.samples, median(seconds), errors[0], errors[1])
 
 
+def disagreement(systems: list, task: Picture, work: Path) -> float:
+    """The root mean square of half the difference of the long renders: errors do not fall below it
+    where the pictures differ by more than noise."""
+    files = [work / f"{task.scene}-{it.name}-reference.exr" for it in systems]
+    one, other = (read_exr(path) for path in files)
+    return float(numpy.sqrt(numpy.mean((0.5 * (one - other)) ** 2)))
+
+
 def compare_convergence(systems: list, task: Picture, work: Path) -> list[RelativePoint]:
     """Prints the table of a scene. The task's samples are those of each system's long render."""
     for system in systems:
         # What it compiles is no part of a render's time.
         system.first_render(replace(task, samples=1))
     truth = reference(systems, replace(task, seed=REFERENCE_SEED), work)
-    threads = task.threads
-    print(f"\n{task.scene}, error over time; reference: {task.samples} samples of each, threads: {threads}")
+    print(
+        f"\n{task.scene}, error over time; reference: {task.samples} samples of each, which differ "
+        f"from it by {disagreement(systems, task, work):.4f}; threads: {task.threads}"
+    )
     columns = "".join(f"{it.name + ' s':>12}{'RMSE':>10}{'relative':>10}" for it in systems)
     print(f"{'samples':>8}{columns}{'to the same RMSE':>18}{'relative':>10}")
     points: list[RelativePoint] = []

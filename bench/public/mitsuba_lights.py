@@ -47,7 +47,11 @@ class Lights:
         end = given.numbers("to") or [0, 0, 1]
         direction = transform.vector(light.to_world, numpy.subtract(end, start))
         irradiance = self.color(given, "L") * given.number("illuminance", 1.0)
-        return {"type": "directional", "direction": direction.tolist(), "irradiance": rgb(irradiance)}
+        return {
+            "type": "directional",
+            "direction": direction.tolist(),
+            "irradiance": rgb(irradiance),
+        }
 
     def make_point(self, light: Entity) -> dict:
         given = light.parameters
@@ -85,8 +89,8 @@ class Lights:
         if "illuminance" in given:
             self.remarks.add("illuminance of a sky with an image left out")
         image = pictures.read(self.folder / given.text("filename").replace("\\", "/"))[..., :3]
-        if image.shape[0] == image.shape[1]:
-            image = pictures.resample_sky(image)
+        is_square = image.shape[0] == image.shape[1]
+        image = pictures.resample_sky(image) if is_square else pictures.turn_sky(image)
         self.count += 1
         path = self.work / f"sky-{self.count}.exr"
         pictures.write_exr(numpy.maximum(image, 0.0), path)

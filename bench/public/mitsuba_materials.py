@@ -1,11 +1,12 @@
 """Materials of the pbrt format as those of Mitsuba."""
 
 import math
+from typing import Callable
 
 import numpy
 
 import spectra
-from mitsuba_textures import Texture, Textures, mean_number, rgb
+from mitsuba_textures import Texture, Textures, greatest_number, mean_number, rgb
 from pbrt_file import Parameters
 from pbrt_scene import Entity, PbrtScene
 
@@ -16,6 +17,11 @@ GREATEST_PLASTIC_ALPHA = 0.99
 INVISIBLE = ("interface", "none", "")
 # Materials that scatter into both sides; others are one-sided in Mitsuba, two-sided in pbrt.
 TRANSMITTING = {"dielectric", "roughdielectric", "thindielectric", "principledthin", "null"}
+
+
+def amplifier(factor: float) -> Callable:
+    """A function that multiplies reflectances, up to 1."""
+    return lambda value: numpy.minimum(factor * value, 1.0)
 
 
 class Materials:
@@ -152,18 +158,22 @@ class Materials:
         return self.make_conductor(given, "conductor.")
 
     def make_diffusetransmission(self, given: Parameters) -> dict:
-        self.remarks.add("diffusetransmission: principledthin")
+        """A blend of two materials that scatter evenly into one side each."""
+        self.remarks.add("diffusetransmission: a blend of two principledthin")
         scale = given.number("scale", 1.0)
-        back, through = (
-            scale * mean_number(self.textures.color(given, name, 0.25))
-            for name in ("reflectance", "transmittance")
-        )
-        name = "reflectance" if back > through else "transmittance"
-        tint = self.textures.color(given, name, 0.25)
-        factor = scale * (back + through) / max(back, through, 1e-6)
-        share = 2 * through / max(back + through, 1e-6)
-        base = self.textures.mapped(tint, lambda it: numpy.minimum(factor * it, 1.0))
-        return {"type": "principledthin", "base_color": base, "diff_trans": share, "eta": 1.01}
+        colors = [self.textures.color(given, it, 0.25) for it in ("reflectance", "transmittance")]
+        back, through = (scale * greatest_number(color) for color in colors)
+        weight = through / max(back + through, 1e-6)
+        shares = 1 - weight, weight
+        sides = [
+            {
+                "type": "principledthin",
+                "base_color": self.textures.mapped(color, amplifier(scale / max(share, 1e-6))),
+                "diff_trans": transmission,
+            }
+            for color, share, transmission in zip(colors, shares, (0.0, 2.0))
+        ]
+        return {"type": "blendbsdf", "weight": weight, "first": sides[0], "second": sides[1]}
 
     def make_subsurface(self, given: Parameters) -> dict:
         self.remarks.add("subsurface: plastic")

@@ -1,6 +1,7 @@
 """Conversion of a pbrt-v4 scene to a dictionary of Mitsuba's, which is stored as JSON.
 
-Transforms are lists of rows under `to_world` and `to_uv`. What is approximated or left out is told by remarks.
+Transforms are lists of rows under `to_world` and `to_uv`. Remarks tell what is approximated or left
+out.
 """
 
 import json
@@ -36,7 +37,8 @@ class Conversion:
         self.shapes = Shapes(scene, work, self.remarks)
         self.lights = Lights(scene, work, exposure, self.remarks)
         self.bsdfs: dict[str, tuple[str, dict]] = {}
-        self.groups: dict[str, dict] = {}
+        # Groups by the names of objects: Mitsuba's names have no dots.
+        self.groups: dict[str, tuple[str, dict]] = {}
 
     def exposure(self) -> float:
         """The time that the shutter is open, by which pbrt multiplies radiance."""
@@ -54,7 +56,8 @@ class Conversion:
         found = {"type": "scene", "sensor": self.sensor()}
         found["integrator"] = {"type": "path", "max_depth": settings.depth, "rr_depth": 1000000}
         found |= {f"material-{name}": bsdf for name, bsdf in self.bsdfs.values()}
-        found |= self.groups
+        # Empty groups are left out, as their instances are.
+        found |= {name: group for name, group in self.groups.values() if len(group) > 1}
         found |= {f"light-{number}": light for number, light in enumerate(lights)}
         return found | {f"shape-{number}": shape for number, shape in enumerate(placed)}
 
@@ -62,7 +65,9 @@ class Conversion:
         camera = self.scene.camera
         if camera is None or camera.kind != "perspective":
             kind = camera.kind if camera else "none"
-            raise SceneError(f"{self.scene.path}: camera `{kind}` is not converted, only `perspective`")
+            raise SceneError(
+                f"{self.scene.path}: camera `{kind}` is not converted, only `perspective`"
+            )
         given = camera.parameters
         for name in ("screenwindow", "frameaspectratio"):
             if name in given:
@@ -90,7 +95,7 @@ class Conversion:
 
     def placed_shapes(self) -> list[dict]:
         placed = [made for shape in self.scene.shapes if (made := self.shape(shape))]
-        for number, instance in enumerate(self.scene.instances):
+        for instance in self.scene.instances:
             placed += self.instance(instance.name, instance.to_world)
         return placed
 
@@ -101,12 +106,13 @@ class Conversion:
             self.remarks.add("instances that emit: copies")
             copies = [self.moved(shape, to_world) for shape in shapes]
             return [made for shape in copies if (made := self.shape(shape))]
-        group = f"group-{name}"
-        if group not in self.groups:
+        if name not in self.groups:
+            group = f"group-{len(self.groups)}"
             made = [it for shape in shapes if (it := self.shape(shape))]
             parts = {f"{group}-{number}": it for number, it in enumerate(made)}
-            self.groups[group] = {"type": "shapegroup"} | parts
-        if len(self.groups[group]) == 1:
+            self.groups[name] = group, {"type": "shapegroup"} | parts
+        group, content = self.groups[name]
+        if len(content) == 1:
             return []
         reference = {"type": "ref", "id": group}
         return [{"type": "instance", "group": reference, "to_world": to_world}]
@@ -143,7 +149,7 @@ class Conversion:
         return made
 
     def masked(self, bsdf: dict, shape: Shape) -> dict | None:
-        """The material with the holes that the alpha of a shape makes; `None` if nothing is left."""
+        """The material with the holes of a shape by its alpha; `None` if nothing is left."""
         alpha = self.textures.number(shape.parameters, "alpha", 1.0)
         if isinstance(alpha, float) and alpha >= 1.0:
             return bsdf
@@ -152,6 +158,9 @@ class Conversion:
                 return None
             self.remarks.add("invisible area light: seen by the camera")
             return {"type": "null"}
+        self.remarks.add(
+            "alpha: holes let no light of samples through in Mitsuba's path integrator"
+        )
         return {"type": "mask", "opacity": alpha, "bsdf": bsdf}
 
     def shared(self, bsdf: dict) -> dict:
@@ -167,8 +176,8 @@ def plain(value):
 
 
 def convert(path: Path, settings: Settings, work: Path, out: Path) -> list[str]:
-    """Converts the scene of a file to a JSON file; returns its remarks. Meshes and images that are made
-    for it lie in a folder."""
+    """Converts the scene of a file to a JSON file; returns its remarks. Meshes and images that are
+    made for it lie in a folder."""
     conversion = Conversion(PbrtScene(path), settings, work)
     dictionary = conversion.dictionary()
     out.write_text(json.dumps(dictionary, default=plain), encoding="utf-8")

@@ -7,6 +7,7 @@ import mitsuba
 import numpy
 
 import meshes
+import subdivision
 import transform
 from meshes import Mesh
 from pbrt_file import Parameters
@@ -34,7 +35,7 @@ class Shapes:
         return method(shape)
 
     def face_area(self, shape: Shape) -> float | None:
-        """The area of a shape, of a mesh the mean of its faces: that which has an area light's power."""
+        """The area of a shape, of a mesh the mean of its faces: what has an area light's power."""
         given = shape.parameters
         square = float(numpy.prod(transform.scales(shape.to_world)[:2]))
         radius = given.number("radius", 1.0)
@@ -60,8 +61,8 @@ class Shapes:
         return self.from_file(path, shape)
 
     def from_file(self, path: Path, shape: Shape) -> dict:
-        """A mesh. Its normals tell its sides; without them the order of corners does, which a mirror
-        reverses."""
+        """A mesh. Its normals tell its sides; without them the order of corners does, which a
+        mirror reverses."""
         flips = shape.is_reversed
         if not meshes.has_normals(path):
             flips ^= transform.is_mirrored(shape.to_world)
@@ -92,8 +93,9 @@ class Shapes:
         return self.written(self.patches(shape.parameters), shape)
 
     def make_loopsubdiv(self, shape: Shape) -> dict:
-        self.remarks.add("loopsubdiv without subdivision")
-        return self.make_trianglemesh(shape)
+        given = shape.parameters
+        levels = int(given.number("levels", 3))
+        return self.written(subdivision.subdivided(self.triangles(given), levels), shape)
 
     def make_sphere(self, shape: Shape) -> dict:
         given = shape.parameters
@@ -105,7 +107,9 @@ class Shapes:
             flips = shape.is_reversed ^ transform.is_mirrored(shape.to_world)
             return {"type": "sphere", "radius": radius, "flip_normals": flips}
         self.remarks.add("stretched or partial sphere: a mesh")
-        return self.written(meshes.sphere(radius, max(low, -radius), min(high, radius), sweep), shape)
+        return self.written(
+            meshes.sphere(radius, max(low, -radius), min(high, radius), sweep), shape
+        )
 
     def make_disk(self, shape: Shape) -> dict:
         given = shape.parameters

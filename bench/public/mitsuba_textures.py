@@ -30,7 +30,23 @@ def mean_number(texture: Texture) -> float:
         return float(numpy.mean(texture["value"]))
     if texture["type"] == "checkerboard":
         return 0.5 * (mean_number(texture["color0"]) + mean_number(texture["color1"]))
-    return float(pictures.read(Path(texture["filename"]), texture["raw"])[..., :3].mean())
+    return float(texels(texture).mean())
+
+
+def greatest_number(texture: Texture) -> float:
+    """The greatest component of a texture."""
+    if isinstance(texture, float):
+        return texture
+    if texture["type"] == "rgb":
+        return float(numpy.max(texture["value"]))
+    if texture["type"] == "checkerboard":
+        return max(greatest_number(texture["color0"]), greatest_number(texture["color1"]))
+    return float(texels(texture).max())
+
+
+def texels(texture: dict) -> numpy.ndarray:
+    """The linear colours of the image of a texture."""
+    return pictures.read(Path(texture["filename"]), texture["raw"])[..., :3]
 
 
 class Textures:
@@ -135,8 +151,7 @@ class Textures:
         if texture["type"] == "checkerboard":
             colors = {it: self.mapped(texture[it], function) for it in ("color0", "color1")}
             return texture | colors
-        pixels = pictures.read(Path(texture["filename"]), texture["raw"])
-        return self.written(texture, function(pixels[..., :3]))
+        return self.written(texture, function(texels(texture)))
 
     def written(self, texture: dict, pixels: numpy.ndarray) -> dict:
         """The texture with other texels, which are linear."""
@@ -173,8 +188,7 @@ class Textures:
                       for it in (first, second)]  # fmt: skip
             change = colors[1] - colors[0]
             if isinstance(amount, dict) and amount["type"] == "bitmap":
-                texels = pictures.read(Path(amount["filename"]), amount["raw"])[..., :3]
-                return self.written(amount, colors[0] + texels * change)
+                return self.written(amount, colors[0] + texels(amount) * change)
             return rgb(colors[0] + mean_number(amount) * change)
         self.remarks.add("mix of textures: that with the greater part")
         return second if mean_number(amount) > 0.5 else first

@@ -1,4 +1,4 @@
-"""Reader of the text of pbrt-v4 scenes: tokens, parameters and directives, with the files that they include."""
+"""Reader of pbrt-v4 scenes: tokens, parameters and directives, with the files that they include."""
 
 import gzip
 import re
@@ -213,7 +213,7 @@ def plain_values(text: str) -> list:
 
 
 def directives(path: Path, folder: Path | None = None) -> Iterator[Directive]:
-    """Yields the directives of a scene. Names of files are relative to the folder of its main file."""
+    """Yields the directives of a scene. Names of files are relative to its main file's folder."""
     folder = folder or path.parent
     for directive in directives_of_file(path):
         if directive.name not in ("Include", "Import"):

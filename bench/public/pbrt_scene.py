@@ -52,7 +52,7 @@ class Instance:
 class State:
     """The graphics state, which blocks save."""
 
-    transform: transform.Matrix = field(default_factory=lambda: numpy.eye(4))
+    current: transform.Matrix = field(default_factory=lambda: numpy.eye(4))
     material: Entity | str | None = None
     area_light: Entity | None = None
     is_reversed: bool = False
@@ -93,7 +93,7 @@ class PbrtScene:
 
     def change_transform(self, directive: Directive) -> bool:
         """Carries out a directive that changes the transform alone; false if it is none of them."""
-        numbers, current = directive.numbers, self.state.transform
+        numbers, current = directive.numbers, self.state.current
         match directive.name:
             case "Identity":
                 changed = numpy.eye(4)
@@ -114,7 +114,7 @@ class PbrtScene:
             case _:
                 return False
         if self.state.is_active:
-            self.state.transform = changed
+            self.state.current = changed
         return True
 
     def do_ActiveTransform(self, directive: Directive) -> None:
@@ -123,7 +123,7 @@ class PbrtScene:
             self.remarks.add("motion left out")
 
     def do_CoordinateSystem(self, directive: Directive) -> None:
-        self.systems[directive.texts[0]] = self.state.transform
+        self.systems[directive.texts[0]] = self.state.current
 
     def do_ReverseOrientation(self, _: Directive) -> None:
         self.state.is_reversed = not self.state.is_reversed
@@ -145,7 +145,7 @@ class PbrtScene:
     def do_TransformEnd(self, directive: Directive) -> None:
         changed = self.state
         self.do_AttributeEnd(directive)
-        changed.transform = self.state.transform
+        changed.current = self.state.current
         self.state = changed
 
     def do_ObjectBegin(self, directive: Directive) -> None:
@@ -158,7 +158,7 @@ class PbrtScene:
         self.open_object = None
 
     def do_ObjectInstance(self, directive: Directive) -> None:
-        self.instances.append(Instance(directive.texts[0], self.state.transform))
+        self.instances.append(Instance(directive.texts[0], self.state.current))
 
     def do_ColorSpace(self, directive: Directive) -> None:
         if directive.texts[0] != "srgb":
@@ -183,11 +183,11 @@ class PbrtScene:
     def entity(self, directive: Directive, kind: str) -> Entity:
         given = self.state.defaults.get(TARGETS.get(directive.name, ""), {})
         parameters = Parameters({**given, **directive.parameters})
-        return Entity(kind, parameters, self.state.transform)
+        return Entity(kind, parameters, self.state.current)
 
     def do_Camera(self, directive: Directive) -> None:
         self.camera = self.entity(directive, directive.texts[0])
-        self.camera.to_world = numpy.linalg.inv(self.state.transform)
+        self.camera.to_world = numpy.linalg.inv(self.state.current)
         self.systems["camera"] = self.camera.to_world
 
     def do_Material(self, directive: Directive) -> None:

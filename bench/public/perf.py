@@ -1,13 +1,15 @@
-"""Profiles of RTSL's renders by `perf`: the parts that compiled code, the traversal and others take.
+"""Profiles of RTSL's renders by `perf`: the parts of compiled code, the traversal and others.
 
-Samples are sorted by the function that they lie in. A release build has the names of functions. With
-`RUSTFLAGS="-Csymbol-mangling-version=v0" cargo build --release --package rtsl-cli` they have type arguments
-too, which tell the traversal's loops over vectors from those of other crates; without, all count as traversal.
+Samples are sorted by the function that they lie in. A release build has the names of functions.
+With `RUSTFLAGS="-Csymbol-mangling-version=v0" cargo build --release --package rtsl-cli` they have
+type arguments too, which tell the traversal's loops over vectors from those of other crates;
+without, all count as traversal.
 """
 
 import re
 import shutil
 import subprocess
+import tempfile
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,7 +28,8 @@ TITLES = {
 TRAVERSAL = {"rtsl_bvh"}
 COMPILER = {
     "rtsl_source", "rtsl_spec", "rtsl_syntax", "rtsl_ir", "rtsl_sema", "rtsl_lower", "rtsl_opt",
-    "rtsl_stages", "rtsl_link", "rtsl_integrate", "rtsl_packet", "rtsl_llvm", "rtsl_cpp", "rtsl_jit",
+    "rtsl_stages", "rtsl_link", "rtsl_integrate", "rtsl_packet", "rtsl_llvm", "rtsl_cpp",
+    "rtsl_jit",
 }  # fmt: skip
 CRATE = re.compile(r"rtsl_[a-z]+")
 # Modules of `rtsl_render` that are parts of the search, in demangled and mangled names.
@@ -38,7 +41,7 @@ VECTORS = "fearless_simd"
 LIBC = re.compile(r"/(?:libc|libm|libpthread|ld-linux[^/]*)[.-][^/]*$")
 SAMPLE = re.compile(r"^\s*(\d+\.\d+):\s+[0-9a-f]+ (.*) \(([^()]*(?:\([^()]*\))?)\)$")
 FREQUENCY = 1999
-# Seconds after the first tile that are not counted: the last of the compilation may overlap with them.
+# Seconds after the first tile that are not counted: the compilation may overlap with them.
 SETTLING = 0.15
 # Seconds that the render should take.
 LENGTH = 3.0
@@ -51,8 +54,8 @@ class NoProfile(Exception):
 
 @dataclass(frozen=True)
 class Profile:
-    """The parts of each class in the render with optimised kernels, and the part of the compiler in a
-    whole run at the usual settings."""
+    """The parts of each class in the render with optimised kernels, and the part of the compiler in
+    a whole run at the usual settings."""
 
     scene: str
     samples: int
@@ -112,14 +115,28 @@ class Recorder:
         self.program = program_name(rtsl.program)
 
     def record(self, task: Picture, options: list[str]) -> tuple[list[tuple[float, str]], dict]:
-        """The time since the start and the class of each sample, and the statistics of the render."""
+        """The time since the start and the class of each sample, and the render's statistics."""
         data = self.work / "perf.data"
-        prefix = ["perf", "record", "-q", "-e", "cpu-clock", "-F", str(FREQUENCY), "-o", str(data), "--"]
+        prefix = [
+            "perf",
+            "record",
+            "-q",
+            "-e",
+            "cpu-clock",
+            "-F",
+            str(FREQUENCY),
+            "-o",
+            str(data),
+            "--",
+        ]
         recording = Recording(self.rtsl, prefix)
-        statistics = recording.statistics(task, None, options, self.work / "profile-cache")
+        with tempfile.TemporaryDirectory(dir=self.work) as cache:
+            statistics = recording.statistics(task, None, options, Path(cache))
         words = ["perf", "script", "-i", data, "-F", "time,ip,sym,dso"]
         done = subprocess.run([str(it) for it in words], capture_output=True, text=True)
-        found = [match.groups() for line in done.stdout.splitlines() if (match := SAMPLE.match(line))]
+        found = [
+            match.groups() for line in done.stdout.splitlines() if (match := SAMPLE.match(line))
+        ]
         if not found:
             raise NoProfile("no profile: `perf script` printed no samples")
         start = float(found[0][0])

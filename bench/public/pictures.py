@@ -13,10 +13,13 @@ SKY_ROWS = 512
 
 
 def read(path: Path, is_linear: bool = False) -> numpy.ndarray:
-    """Returns an image as linear red, green and blue with four channels at most, rows from the top."""
+    """Returns an image as linear colours, with alpha if it has one, rows from the top."""
     if not path.is_file():
         raise SceneError(f"there is no `{path}`: complete the scene's files")
-    bitmap = mitsuba.Bitmap(read_tga(path)) if is_tga(path) else mitsuba.Bitmap(str(path))
+    try:
+        bitmap = mitsuba.Bitmap(read_tga(path)) if is_tga(path) else mitsuba.Bitmap(str(path))
+    except (RuntimeError, ValueError, struct.error, IndexError) as error:
+        raise SceneError(f"{path}: not a readable image: complete the scene's files") from error
     if is_tga(path):
         bitmap.set_srgb_gamma(True)
     if is_linear:
@@ -75,7 +78,7 @@ def write_png(pixels: numpy.ndarray, path: Path) -> None:
 
 
 def sphere_directions(rows: int) -> numpy.ndarray:
-    """The directions of the texels of a latitude-longitude map as Mitsuba places them, with y up."""
+    """The directions of the texels of a latitude-longitude map of Mitsuba's, with y up."""
     down, around = numpy.meshgrid(
         (numpy.arange(rows) + 0.5) / rows * numpy.pi,
         (numpy.arange(2 * rows) + 0.5) / rows * numpy.pi,
@@ -102,8 +105,8 @@ def octahedral_places(directions: numpy.ndarray) -> numpy.ndarray:
 
 
 def resample_sky(image: numpy.ndarray) -> numpy.ndarray:
-    """Converts a square equal-area map, whose axis is z, to a latitude-longitude map for Mitsuba, whose
-    axis y is that of z."""
+    """Converts a square equal-area map, whose axis is z, to a latitude-longitude map for Mitsuba,
+    whose axis y is that of z."""
     rows = min(SKY_ROWS, max(64, image.shape[0] // 2))
     # Each texel is the mean of 2 by 2 places.
     directions = sphere_directions(2 * rows)
@@ -113,6 +116,13 @@ def resample_sky(image: numpy.ndarray) -> numpy.ndarray:
     columns, lines = numpy.moveaxis(numpy.minimum((places * size).astype(int), size - 1), -1, 0)
     fine = image[lines, columns, :3]
     return fine.reshape(rows, 2, 2 * rows, 2, 3).mean(axis=(1, 3))
+
+
+def turn_sky(image: numpy.ndarray) -> numpy.ndarray:
+    """Converts a latitude-longitude map, whose columns go around z from x to y, to one for Mitsuba,
+    whose axis y is that of z: columns go the other way, from a quarter of the turn."""
+    columns = image.shape[1]
+    return image[:, (columns // 4 - 1 - numpy.arange(columns)) % columns]
 
 
 def luminance(picture: numpy.ndarray) -> float:

@@ -41,9 +41,11 @@ class Rates:
         return asdict(self) | {"ratios": self.ratios(), "ratio_of_means": self.ratio_of_means()}
 
 
-def measure_speed(renderers: list, task: Picture, rounds: int, work: Path, sheet: Path, rates: Rates):
-    """Lets the systems take turns, since a machine's speed may waver. The pictures of the last turn are
-    compared and shown."""
+def measure_speed(
+    renderers: list, task: Picture, rounds: int, work: Path, sheet: Path, rates: Rates
+):
+    """Lets the systems take turns, since a machine's speed may waver. The pictures of the last turn
+    are compared and shown."""
     for renderer in renderers:
         # Its first render compiles, and tells the memory.
         _, run = renderer.first_render(task)
@@ -62,19 +64,20 @@ def measure_speed(renderers: list, task: Picture, rounds: int, work: Path, sheet
 
 
 def measure_first(rtsl: Rtsl, mitsuba: Mitsuba, task: Picture, work: Path, rates: Rates) -> None:
-    """The times until RTSL's first tile, with an empty cache of kernels and then with its content, and
-    until Mitsuba's picture of one sample."""
-    single = replace(task, samples=1, threads=FIRST_THREADS)
+    """The times until RTSL's first tile, with an empty cache of kernels and then with what that run
+    left in it, and until Mitsuba's picture of one sample."""
     with tempfile.TemporaryDirectory(dir=work) as cache:
-        rates.first_tile = rtsl.first_tile(single, Path(cache))
-        rates.cached_tile = rtsl.first_tile(single, Path(cache))
+        rates.first_tile = rtsl.first_tile(task, Path(cache))
+        rates.cached_tile = rtsl.first_tile(task, Path(cache))
+    single = replace(task, samples=1, threads=FIRST_THREADS)
     rates.first_picture, _ = mitsuba.first_render(single)
     mitsuba.close()
 
 
 COLUMNS = (
     f"{'RTSL Mpaths/s':>14}{'Mitsuba':>9}{'ratio':>22}{'means':>7}"
-    f"{'first tile (load + compile + build)':>38}{'cached':>8}{'Mitsuba first':>15}{'MB':>7}{'Mitsuba':>9}"
+    f"{'first tile (load + compile + build)':>38}{'cached':>8}{'Mitsuba first':>15}"
+    f"{'RTSL MB':>9}{'Mitsuba MB':>12}"
 )
 PBRT_COLUMNS = f"{'pbrt':>8}{'ratio':>22}{'means':>7}"
 NOTHING = "-"
@@ -103,7 +106,9 @@ def row(rates: Rates, width: int, has_pbrt: bool) -> str:
     ratios, first, cached = rates.ratios(), rates.first_tile, rates.cached_tile
     parts = NOTHING
     if first:
-        parts = f"{first.seconds:.2f} s ({first.load:.2f} + {first.compile:.2f} + {first.build:.2f})"
+        parts = (
+            f"{first.seconds:.2f} s ({first.load:.2f} + {first.compile:.2f} + {first.build:.2f})"
+        )
     cells = [
         f"{rates.scene:{width}}",
         cell(speed_of(rates, "RTSL"), 3, 14),
@@ -113,8 +118,8 @@ def row(rates: Rates, width: int, has_pbrt: bool) -> str:
         f"{parts:>38}",
         cell(cached.seconds if cached else None, 2, 8, " s"),
         cell(rates.first_picture, 2, 15, " s"),
-        cell(memory_of(rates, "RTSL"), 0, 7),
-        cell(memory_of(rates, "Mitsuba"), 0, 9),
+        cell(memory_of(rates, "RTSL"), 0, 9),
+        cell(memory_of(rates, "Mitsuba"), 0, 12),
     ]
     if has_pbrt:
         ratios = rates.ratios("pbrt")
@@ -130,7 +135,8 @@ def summary(all_rates: list[Rates], rival: str = "Mitsuba") -> str | None:
     if not ratios:
         return None
     lowest = min(ratios, key=ratios.get)
+    mean = geometric_mean(ratios.values())
     return (
-        f"RTSL to {rival}: geometric mean of {len(ratios)} ratios {geometric_mean(ratios.values()):.2f}, "
+        f"RTSL to {rival}: geometric mean of {len(ratios)} ratios {mean:.2f}, "
         f"lowest {ratios[lowest]:.2f} ({lowest})"
     )

@@ -45,6 +45,7 @@ class PreparedScene:
     """The copy of a scene's file, and its conversion for Mitsuba."""
 
     name: str
+    origin: Path
     file: Path
     converted: Path
     depth: int
@@ -92,7 +93,7 @@ class Rtsl:
             preexec_fn=self.processors.limit(task.threads),
         )
         if done.returncode != 0:
-            remedy = f"`rtsl scene info {self.scene.name}` tells what is missing"
+            remedy = f"`rtsl scene info {self.scene.origin}` tells what is missing"
             raise Failure(f"RTSL: {first_error(done.stderr)}; {remedy}")
         return json.loads((self.work / "rtsl.json").read_text(encoding="utf-8"))
 
@@ -148,7 +149,9 @@ class Mitsuba(systems.Mitsuba):
         line = worker.stdout.readline()
         if not line:
             log = (self.work / "mitsuba.log").read_text(encoding="utf-8", errors="replace")
-            raise Failure(f"Mitsuba: {last_line(log)}; a converted scene is limited by its features")
+            raise Failure(
+                f"Mitsuba: {last_line(log)}; a converted scene is limited by its features"
+            )
         return json.loads(line)
 
     def close(self) -> None:
@@ -188,7 +191,11 @@ class Pbrt:
                 stderr=subprocess.STDOUT,
                 preexec_fn=self.processors.limit(task.threads),
             )
-            _, status, usage = os.wait4(process.pid, 0)
+            try:
+                _, status, usage = os.wait4(process.pid, 0)
+            except KeyboardInterrupt:
+                process.kill()
+                raise
             process.returncode = os.waitstatus_to_exitcode(status)
             seconds = time.perf_counter() - start
             log.seek(0)
@@ -198,8 +205,8 @@ class Pbrt:
         return seconds, text, usage.ru_maxrss * 1024
 
     def render(self, task: Task, out: Path | None = None) -> Run:
-        """The time of rendering: that of pbrt's report, or for short renders the time of the process
-        less that of a render with one sample, whose sample is counted by its share."""
+        """Takes the time of pbrt's report, or for short renders that of the process less that of a
+        render with one sample."""
         seconds, text, memory = self.process(task, out or self.work / "pbrt.exr")
         reported = PBRT_SECONDS.findall(text)
         if reported and float(reported[-1]) >= LEAST_REPORTED:

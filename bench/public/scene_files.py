@@ -13,8 +13,8 @@ from pbrt_file import Directive, SceneError, blank_comments, directives_of_file,
 PREFIX = ".rtsl-compare-"
 # Directives of a scene that a copy replaces.
 REPLACED = {"Film", "Sampler", "PixelFilter", "Integrator"}
-MAIN = re.compile(r"^\s*WorldBegin\b", re.MULTILINE)
-SETTING = re.compile(r"^\s*(Film|Camera)\b", re.MULTILINE)
+MAIN = re.compile(r"(?<!\S)WorldBegin(?!\S)")
+SETTING = re.compile(r'(?<!\S)(Film|Camera)\s+"')
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
-"""Renders a converted scene as another process asks: `scene_worker.py VARIANT SCENE.json THREADS`.
+"""Renders a scene as another process asks: `scene_worker.py VARIANT SCENE.json THREADS`.
 
-A line of JSON on standard output says that the scene is loaded. Then each line of standard input is a render,
-with its `samples`, its `seed` and the file `out` for the picture, or null; each is answered by a line with the
-seconds that it took and the most memory that the process held so far.
+A line of JSON on standard output says that the scene is loaded. Then each line of standard input is
+a render, with its `samples`, its `seed` and the file `out` for the picture, or null; each is
+answered by a line with the seconds that it took and the most memory that the process held so far.
 """
 
 import json
@@ -40,9 +40,11 @@ def main() -> None:
     variant, scene_file, threads = sys.argv[1:]
     mitsuba.set_variant(variant)
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
-    drjit.set_thread_count(int(threads))
+    # With one thread, Mitsuba waits forever for another that reads or writes an image.
+    drjit.set_thread_count(max(2, int(threads)))
     dictionary = json.loads(Path(scene_file).read_text(encoding="utf-8"))
     scene = mitsuba.load_dict(with_transforms(dictionary))
+    drjit.set_thread_count(int(threads))
     answer(version=mitsuba.__version__)
     for line in sys.stdin:
         request = json.loads(line)
@@ -52,7 +54,6 @@ def main() -> None:
         drjit.sync_thread()
         seconds = time.perf_counter() - start
         if request["out"]:
-            # With one thread, Mitsuba waits forever for another that writes.
             drjit.set_thread_count(2)
             mitsuba.Bitmap(image).write(request["out"])
             drjit.set_thread_count(int(threads))

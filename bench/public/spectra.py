@@ -21,8 +21,8 @@ TO_SRGB = numpy.array(
     ]
 )
 LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
-# The lobes of Wyman, Sloan and Shirley ("Simple Analytic Approximations to the CIE XYZ Color Matching
-# Functions", JCGT 2013): weight, place, and the inverse widths below and above it.
+# The lobes of Wyman, Sloan and Shirley ("Simple Analytic Approximations to the CIE XYZ Color
+# Matching Functions", JCGT 2013): weight, place, and the inverse widths below and above it.
 LOBES = (
     ((1.056, 599.8, 1 / 37.9, 1 / 31.0), (0.362, 442.0, 1 / 16.0, 1 / 26.7),
      (-0.065, 501.1, 1 / 20.4, 1 / 26.2)),

@@ -47,9 +47,14 @@ def machine(threads: int) -> str:
 
 
 def command_line(folder: Path) -> str:
-    """The command, with the name of the folder alone."""
-    words = ["bench/public/compare.py", *sys.argv[1:]]
-    return " ".join(folder.name if Path(word) == folder else word for word in words)
+    """The command, without what names places of this machine."""
+    words, is_place = ["bench/public/compare.py"], False
+    for word in sys.argv[1:]:
+        is_option = word in ("--rtsl", "--pbrt", "--out", "--environment")
+        if not is_option and not is_place:
+            words.append(folder.name if Path(word) == folder else word)
+        is_place = is_option
+    return " ".join(words)
 
 
 def write_csv(path: Path, lines: list[str], columns: list[str], rows: list[list]) -> None:
@@ -111,14 +116,25 @@ def write_profile(profiles: list[Profile], unit: str, origin: Origin, out: Path)
 def write_error(points: list[RelativePoint], unit: str, origin: Origin, out: Path) -> None:
     columns = ["scene", "system", "samples", "seconds", "error", "relative error"]
     rows = [
-        [it.scene, it.system, it.samples, f"{it.seconds:.4g}", f"{it.error:.4g}", f"{it.relative:.4g}"]
+        [
+            it.scene,
+            it.system,
+            it.samples,
+            f"{it.seconds:.4g}",
+            f"{it.error:.4g}",
+            f"{it.relative:.4g}",
+        ]
         for it in points
     ]
     write_csv(out / "public-error.csv", origin.lines(unit), columns, rows)
 
 
 def write_json(
-    all_rates: list[Rates], profiles: list[Profile], points: list[RelativePoint], origin: Origin, out: Path
+    all_rates: list[Rates],
+    profiles: list[Profile],
+    points: list[RelativePoint],
+    origin: Origin,
+    out: Path,
 ) -> None:
     content = asdict(origin) | {"date": date.today().isoformat()}
     content["scenes"] = [it.as_dict() for it in all_rates]

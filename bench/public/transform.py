@@ -27,7 +27,7 @@ def rotate(degrees: float, axis) -> Matrix:
 
 def look_at(eye, target, up) -> Matrix:
     """From the world to a camera that looks along z, with x to the right."""
-    forward = numpy.subtract(target, eye)
+    forward = numpy.subtract(target, eye).astype(float)
     forward /= numpy.linalg.norm(forward)
     right = numpy.cross(numpy.divide(up, numpy.linalg.norm(up)), forward)
     right /= numpy.linalg.norm(right)

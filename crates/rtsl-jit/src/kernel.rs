@@ -392,7 +392,8 @@ fn full_entry(
 
 /// Returns the text of a module of kernels, as [`CompiledKernel::compile`] passes it to LLVM.
 pub fn module_text(kernels: &[Kernel], features: &TargetFeatures) -> String {
-    let _span = tracing::debug_span!("llvm_text", kernels = kernels.len()).entered();
+    let name = kernels.first().map_or("", |kernel| kernel.name.as_str());
+    let _span = tracing::debug_span!("llvm_text", name, kernels = kernels.len()).entered();
     let symbols: Vec<String> = (0..kernels.len()).map(symbol).collect();
     rtsl_llvm::emit(symbols.iter().map(String::as_str).zip(kernels), features)
 }
