@@ -28,7 +28,7 @@ pub struct Objects {
     shared: Arc<InstanceBlock>,
     count: usize,
     /// The rows block by block, followed by as many blocks of zeros as the widest vector reads past the end.
-    rows: Vec<ObjectRow>,
+    rows: Arc<Vec<ObjectRow>>,
     /// The buffers whose entries are in blocks, by address.
     buffers: Arc<BTreeMap<usize, SharedWords>>,
     /// The entries that are in blocks of all objects, by words of the blocks.
@@ -56,7 +56,7 @@ impl Objects {
         let mut rows = with_capacity_in_huge_pages(row_count);
         rows.resize(row_count, ObjectRow::default());
         let (buffers, entries) = (Arc::default(), BufferEntries::default());
-        Objects { form, shared, count, rows, buffers, entries }
+        Objects { form, shared, count, rows: Arc::new(rows), buffers, entries }
     }
 
     /// Returns instances of one layout as objects, indexed from 0. Words outside the form are shared with the first.
@@ -84,15 +84,19 @@ impl Objects {
         let mut start = 0;
         for run in runs {
             let block = run.first();
+            let rows = objects.own_rows();
             for (position, word) in form.words().iter().enumerate() {
+                let mut set = |number: usize, value: u32| {
+                    rows[number / IN_BLOCK * words + position].0[number % IN_BLOCK] = value;
+                };
                 let numbers = start..start + run.count();
                 match run.column(*word) {
-                    Some(values) => numbers
-                        .zip(values)
-                        .for_each(|(number, value)| objects.set(number, position, *value)),
+                    Some(values) => {
+                        numbers.zip(values).for_each(|(number, value)| set(number, *value))
+                    }
                     None => {
                         let value = block.words()[*word as usize];
-                        numbers.for_each(|number| objects.set(number, position, value));
+                        numbers.for_each(|number| set(number, value));
                     }
                 }
             }
@@ -129,7 +133,7 @@ impl Objects {
         let mut objects = Objects::zeros(form.clone(), shared.clone(), order.len());
         let words = form.words().len();
         if words > 0 {
-            let blocks = objects.rows.chunks_exact_mut(words).zip(order.chunks(IN_BLOCK));
+            let blocks = objects.own_rows().chunks_exact_mut(words).zip(order.chunks(IN_BLOCK));
             for (rows, order) in blocks {
                 for (lane, number) in order.iter().enumerate().filter(|(_, it)| **it != NO_OBJECT) {
                     let number = *number as usize;
@@ -207,10 +211,56 @@ impl Objects {
     }
 
     /// Like [`Objects::rows`], with mutable access.
+    ///
+    /// # Panics
+    /// Also if other objects [share](Objects::sharing) the words.
     pub fn rows_mut(&mut self) -> &mut [ObjectRow] {
         assert!(self.entries.is_empty(), "objects with buffers of their own do not change");
         let blocks = self.count.div_ceil(IN_BLOCK) * self.form.words().len();
-        &mut self.rows[..blocks]
+        &mut self.own_rows()[..blocks]
+    }
+
+    fn own_rows(&mut self) -> &mut [ObjectRow] {
+        Arc::get_mut(&mut self.rows).expect("no others share the words")
+    }
+
+    /// Stores objects of the same form at these indices.
+    ///
+    /// # Panics
+    /// If the form is another one, there are no such objects, or hosts must not change them.
+    pub fn store(&mut self, objects: &Objects, indices: &[u32]) {
+        assert_eq!(self.form, objects.form, "objects of one form");
+        assert!(objects.count >= indices.len() && objects.entries.is_empty());
+        let words = self.form.words().len();
+        let rows = self.rows_mut();
+        for (from, to) in indices.iter().map(|to| *to as usize).enumerate() {
+            for position in 0..words {
+                rows[to / IN_BLOCK * words + position].0[to % IN_BLOCK] =
+                    objects.rows[from / IN_BLOCK * words + position].0[from % IN_BLOCK];
+            }
+        }
+    }
+
+    /// Returns the same objects with other data that they share, in the same memory.
+    ///
+    /// # Panics
+    /// If objects have buffers of their own, or the data are of another size or bind a buffer among the words of the
+    /// form.
+    #[must_use]
+    pub fn sharing(&self, shared: Arc<InstanceBlock>) -> Objects {
+        assert!(self.entries.is_empty(), "all buffers are shared");
+        assert_eq!(shared.words().len(), self.shared.words().len(), "data of one layout");
+        let overlaps = |it: &BoundBuffer| self.form.overlaps(it.offset, BUFFER_WORDS);
+        assert!(!shared.buffers().iter().any(overlaps), "buffers are shared");
+        let Objects { form, count, rows, buffers, entries, .. } = self;
+        Objects {
+            form: form.clone(),
+            shared,
+            count: *count,
+            rows: rows.clone(),
+            buffers: buffers.clone(),
+            entries: entries.clone(),
+        }
     }
 
     /// Returns the scalars of the object's buffer whose entry is at a position of the form.
@@ -218,11 +268,6 @@ impl Objects {
         let [low, high] = [0, 1].map(|word| self.word(object, position + word).to_ne_bytes());
         let address = u64::from_ne_bytes([low, high].concat().try_into().ok()?);
         Some(self.buffers.get(&usize::try_from(address).ok()?)?)
-    }
-
-    fn set(&mut self, object: usize, position: usize, word: u32) {
-        let row = self.row(object, position);
-        self.rows[row].0[object % IN_BLOCK] = word;
     }
 
     fn row(&self, object: usize, position: usize) -> usize {
@@ -298,6 +343,25 @@ mod tests {
             assert_eq!((of_runs.len(), &of_runs.rows), (19, &of_instances.rows));
             assert_eq!(of_runs.shared().words(), of_instances.shared().words());
         }
+    }
+
+    #[test]
+    fn objects_of_one_form_are_stored_anywhere_and_shared() {
+        let run = |first| {
+            let run = InstanceRun::new(instance(first), 9);
+            run.with_column(0, (0..9).map(|number| first + 10 * number).collect())
+        };
+        let [one, other] =
+            [1, 2].map(|first| Objects::of_runs(ObjectForm::new([0]), &[run(first)]));
+        let mut both = Objects::new(ObjectForm::new([0]), one.shared().clone(), 20);
+        both.store(&one, &[0, 2, 4, 6, 8, 10, 12, 14, 16]);
+        both.store(&other, &[19, 1, 3, 5]);
+        let words: Vec<u32> = (0..20).map(|object| both.word(object, 0)).collect();
+        assert_eq!(words[..8], [1, 12, 11, 22, 21, 32, 31, 0]);
+        assert_eq!(words[16..], [81, 0, 0, 2]);
+        let shared = both.sharing(other.shared().clone());
+        assert_eq!((shared.word(1, 0), shared.shared().words()), (12, [2, 3].as_slice()));
+        assert_eq!(shared.rows().as_ptr(), both.rows().as_ptr());
     }
 
     #[test]

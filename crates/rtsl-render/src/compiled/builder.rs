@@ -131,7 +131,7 @@ impl Assembly<'_> {
     /// Returns the scene without its shaders and times.
     fn scene(&self, scene: &Scene, shapes: &Shapes<'_>) -> Result<CompiledScene, Diagnostic> {
         let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
-        let placed = PlacedObjects::new(scene, &objects);
+        let placed = PlacedObjects::new(scene, &objects, self.shaders);
         let (geometry, extents) = match shapes {
             Shapes::Same(earlier) => (earlier.geometry.clone(), earlier.extents.clone()),
             Shapes::New | Shapes::Moved(_) => std::thread::scope(|scope| {

@@ -3,12 +3,14 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
 use rtsl::{
     CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Placement, Program,
     Variant,
 };
 use rtsl_bvh::{Geometry, Leaf};
 use rtsl_math::{Affine, SIMD_LANES};
+use rtsl_memory::on_all_processors;
 use rtsl_scene::SceneObject;
 
 use super::intersect_variants::{placed, traversal_outputs};
@@ -34,7 +36,7 @@ pub struct ObjectClass {
 enum ObjectNumbering {
     /// Several objects, each with its index, sorted.
     Separate(Vec<(u32, u32)>),
-    /// The elements of one object: the index of each.
+    /// The elements of one object: the index of each, among those of several objects.
     Elements(Vec<u32>),
 }
 
@@ -68,22 +70,46 @@ impl ObjectClass {
         ObjectClass::new(shader, is_placed, made, ObjectNumbering::Separate(indices))
     }
 
-    /// Creates a class of the elements of one object; `order` is that of their numbers in leaves.
+    /// Creates the classes of objects whose elements are in leaves together; `order` has, for each place in leaves, the
+    /// index of the object among these and the number of the element. The classes share a table of all.
     ///
     /// # Errors
-    /// If they cannot be created.
+    /// If elements or kernels cannot be created.
     pub fn of_elements(
         shader: &Shader,
-        object: &SceneObject,
+        objects: &[&SceneObject],
         inverse: &Affine,
-        order: &[u32],
-    ) -> Result<ObjectClass, Diagnostic> {
-        let mut indices = vec![0; object.elements.unwrap_or(0) as usize];
-        // Backwards, so that of repetitions the first counts.
-        for (index, element) in order.iter().enumerate().rev() {
-            indices[*element as usize] = index as u32;
+        order: &[(u32, u32)],
+    ) -> Result<Vec<ObjectClass>, Diagnostic> {
+        let mut places: Vec<ElementPlaces> = Vec::new();
+        places.resize_with(objects.len(), ElementPlaces::default);
+        for (place, (object, element)) in (0..).zip(order) {
+            let of_object = &mut places[*object as usize];
+            of_object.elements.push(*element);
+            of_object.places.push(place);
         }
-        ObjectClass::of_ordered_elements(shader, object, inverse, order, indices)
+        let make = |object: &SceneObject, numbers: &[u32]| {
+            let placement = (!inverse.is_identity()).then(|| placement(inverse));
+            shader.program.elements_in_order(&object.primitive, placement.as_ref(), numbers)
+        };
+        let tables = match (objects, &places[..]) {
+            ([object], [ElementPlaces { elements, .. }]) => vec![make(object, elements)?],
+            _ => together(order.len(), objects, &places, make)?,
+        };
+        let classes = objects.iter().zip(places).zip(tables).map(|((object, of_object), table)| {
+            let mut indices = vec![0; object.elements.unwrap_or(0) as usize];
+            // Backwards, so that of repetitions the first counts.
+            for (element, place) in of_object.elements.iter().zip(&of_object.places).rev() {
+                indices[*element as usize] = *place;
+            }
+            ObjectClass::new(
+                shader,
+                !inverse.is_identity(),
+                table,
+                ObjectNumbering::Elements(indices),
+            )
+        });
+        classes.collect()
     }
 
     /// Compiles the kernels of elements, so that they are ready when the elements are created.
@@ -95,21 +121,7 @@ impl ObjectClass {
         object: &SceneObject,
         inverse: &Affine,
     ) -> Result<(), Diagnostic> {
-        ObjectClass::of_ordered_elements(shader, object, inverse, &[0], vec![0]).map(drop)
-    }
-
-    fn of_ordered_elements(
-        shader: &Shader,
-        object: &SceneObject,
-        inverse: &Affine,
-        order: &[u32],
-        indices: Vec<u32>,
-    ) -> Result<ObjectClass, Diagnostic> {
-        let placement = (!inverse.is_identity()).then(|| placement(inverse));
-        let program = &shader.program;
-        let made = program.elements_in_order(&object.primitive, placement.as_ref(), order)?;
-        let is_placed = placement.is_some();
-        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Elements(indices))
+        ObjectClass::of_elements(shader, &[object], inverse, &[(0, 0)]).map(drop)
     }
 
     fn new(
@@ -215,6 +227,32 @@ impl ObjectClass {
         let variant = Variant { mode, ..self.variant.clone() }.reading(traversal_outputs());
         self.program.kernel(Method::Intersect, variant).ok()
     }
+}
+
+/// The places of an object's elements in leaves.
+#[derive(Default)]
+struct ElementPlaces {
+    elements: Vec<u32>,
+    places: Vec<u32>,
+}
+
+/// Returns a table of the elements of several objects for each of them, with the object's own data as shared ones. All
+/// are in the same memory. Places that none has, in which leaves repeat items of other objects, are not read.
+fn together(
+    count: usize,
+    objects: &[&SceneObject],
+    places: &[ElementPlaces],
+    make: impl Fn(&SceneObject, &[u32]) -> Result<Objects, Diagnostic> + Sync,
+) -> Result<Vec<Objects>, Diagnostic> {
+    let made = |(object, places): (&&SceneObject, &ElementPlaces)| make(object, &places.elements);
+    let parts: Vec<Objects> = on_all_processors(|| {
+        objects.par_iter().zip(places).map(made).collect::<Result<_, Diagnostic>>()
+    })?;
+    let mut all = Objects::new(parts[0].form().clone(), parts[0].shared().clone(), count);
+    for (part, ElementPlaces { places, .. }) in parts.iter().zip(places) {
+        all.store(part, places);
+    }
+    Ok(parts.iter().map(|part| all.sharing(part.shared().clone())).collect())
 }
 
 /// Returns the items of each of so many classes in the order of its leaves, of which those that are not full contain

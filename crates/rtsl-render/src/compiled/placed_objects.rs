@@ -1,9 +1,9 @@
 //! The objects of a scene as items of groups, with trees over them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use rtsl::Diagnostic;
+use rtsl::{Diagnostic, Method};
 use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
 use rtsl_math::{MovingTransform, Transform};
 use rtsl_scene::{PlacedGroup, Scene, SceneObject};
@@ -49,6 +49,8 @@ pub struct GroupMember {
     pub first: u32,
     /// The index of its class.
     pub class: u32,
+    /// The class of its items in leaves: the first of those whose elements one kernel tests together.
+    pub leaf_class: u32,
 }
 
 /// The key of a class: the properties that its objects share.
@@ -102,7 +104,7 @@ impl GroupItems {
     fn push(&mut self, object: u32, class: u32, items: u32) {
         let index = self.members.len() as u32;
         self.has_meshes |= items != 1;
-        self.members.push(GroupMember { object, first: self.count, class });
+        self.members.push(GroupMember { object, first: self.count, class, leaf_class: class });
         self.count += items;
         let blocks = self.count.div_ceil(ITEMS_OF_BLOCK) as usize;
         self.blocks.resize(blocks, index);
@@ -111,7 +113,7 @@ impl GroupItems {
 
 impl PlacedObjects {
     /// Collects the objects of a scene.
-    pub fn new(scene: &Scene, objects: &[Object]) -> PlacedObjects {
+    pub fn new(scene: &Scene, objects: &[Object], shaders: &[Shader]) -> PlacedObjects {
         let mut indices = ClassIndices::default();
         let Groups { groups, moving } = Groups::of(scene);
         let groups = groups.iter().enumerate().map(|(group, members)| {
@@ -130,7 +132,13 @@ impl PlacedObjects {
             }
             items
         });
-        PlacedObjects { groups: groups.collect(), moving, keys: indices.into_keys() }
+        let mut groups: Vec<GroupItems> = groups.collect();
+        let keys = indices.into_keys();
+        let leaf_classes = leaf_classes(&keys, objects, shaders);
+        for member in groups.iter_mut().flat_map(|items| &mut items.members) {
+            member.leaf_class = leaf_classes[member.class as usize];
+        }
+        PlacedObjects { groups, moving, keys }
     }
 
     /// Returns the instances of groups: first the scene's, then those of moving objects.
@@ -157,7 +165,7 @@ impl PlacedObjects {
         };
         let items = |group: &GroupItems| -> Vec<Item> {
             let mut items = Vec::with_capacity(group.count as usize);
-            for GroupMember { object, class, .. } in &group.members {
+            for GroupMember { object, leaf_class: class, .. } in &group.members {
                 let bounds = std::mem::take(&mut bounds[*object as usize]).into_iter();
                 items.extend(bounds.map(|bounds| Item { bounds, class: *class }));
             }
@@ -220,29 +228,59 @@ impl PlacedObjects {
         shaders: &[Shader],
     ) -> Result<Vec<ObjectClass>, Diagnostic> {
         let items = items_in_order(geometry, self.keys.len());
-        let classes = self.keys.iter().zip(items).map(|(key, mut order)| {
-            let shader = &shaders[key.shader];
-            let placed = |object: u32| {
-                let scene_object: &SceneObject = &scene.objects[object as usize];
-                (scene_object.primitive.clone(), objects[object as usize].inverse)
+        let mut together: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        for GroupMember { class, leaf_class, .. } in self.groups.iter().flat_map(|it| &it.members) {
+            together.entry(*leaf_class).or_default().insert(*class);
+        }
+        let mut made: BTreeMap<u32, ObjectClass> = BTreeMap::new();
+        for (leaf_class, classes) in together {
+            let ClassKey { group, shader, is_placed, elements } = self.keys[leaf_class as usize];
+            let (shader, items) = (&shaders[shader], &items[leaf_class as usize]);
+            let member = |item: &u32| self.groups[group].member(*item);
+            let inverse = |object: u32| objects[object as usize].inverse;
+            let Some((first, _)) = elements else {
+                let order = items.iter().map(|item| member(item).map_or(0, |it| it.object));
+                let placed = |object: u32| {
+                    (scene.objects[object as usize].primitive.clone(), inverse(object))
+                };
+                let class = ObjectClass::of_objects(shader, is_placed, order.collect(), placed)?;
+                made.insert(leaf_class, class);
+                continue;
             };
-            match key.elements {
-                Some((object, first)) => {
-                    let (_, inverse) = placed(object);
-                    let object = &scene.objects[object as usize];
-                    order.iter_mut().for_each(|item| *item -= first);
-                    ObjectClass::of_elements(shader, object, &inverse, &order)
-                }
-                None => {
-                    let items = &self.groups[key.group];
-                    let object = |item: u32| items.member(item).map_or(0, |member| member.object);
-                    order.iter_mut().for_each(|item| *item = object(*item));
-                    ObjectClass::of_objects(shader, key.is_placed, order, placed)
-                }
-            }
-        });
-        classes.collect()
+            let indices: BTreeMap<u32, u32> = classes.iter().copied().zip(0..).collect();
+            let order = items.iter().map(|item| {
+                let GroupMember { class, first, .. } = member(item)?;
+                Some((*indices.get(&class)?, item - first))
+            });
+            let order: Vec<(u32, u32)> = order.map(Option::unwrap_or_default).collect();
+            let elements = classes.iter().filter_map(|class| self.keys[*class as usize].elements);
+            let meshes: Vec<&SceneObject> =
+                elements.map(|(object, _)| &scene.objects[object as usize]).collect();
+            let of_meshes = ObjectClass::of_elements(shader, &meshes, &inverse(first), &order)?;
+            made.extend(classes.into_iter().zip(of_meshes));
+        }
+        Ok(made.into_values().collect())
     }
+}
+
+/// Returns, for each class, the first one of those whose elements are in leaves together: meshes of one shader in one
+/// group, at one place, if `intersect` reads nothing that they share. A room of 800 meshes has a class for each
+/// otherwise: leaves hold few of their triangles, and a call of a kernel tests a ray or two.
+fn leaf_classes(keys: &[ClassKey], objects: &[Object], shaders: &[Shader]) -> Vec<u32> {
+    let mut are_alike: BTreeMap<usize, bool> = BTreeMap::new();
+    let mut firsts = BTreeMap::new();
+    let leaf_class = |(class, key): (u32, &ClassKey)| {
+        let ClassKey { group, shader, is_placed: _, elements } = *key;
+        let Some((object, _)) = elements else { return class };
+        let program = &shaders[shader].program;
+        let are_alike = *are_alike
+            .entry(shader)
+            .or_insert_with(|| program.reads_elements_alone(Method::Intersect));
+        let inverse =
+            objects[object as usize].inverse.columns.map(|column| column.map(f32::to_bits));
+        if are_alike { *firsts.entry((group, shader, inverse)).or_insert(class) } else { class }
+    };
+    (0..).zip(keys).map(leaf_class).collect()
 }
 
 /// The objects of each group, and the instances of moving objects.

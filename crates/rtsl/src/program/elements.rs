@@ -134,6 +134,23 @@ impl ElementMaker {
     }
 }
 
+impl ElementMaker {
+    /// True if a function reads data of elements alone, in which those of other instances may take their place.
+    pub fn has_all_of(&self, function: &Function, layout: &Layout) -> bool {
+        function.variables.iter().all(|variable| match variable.kind {
+            VariableKind::Member => layout
+                .members
+                .get(&variable.name)
+                .is_some_and(|first| self.form.position(*first, variable.len).is_some()),
+            VariableKind::Buffer | VariableKind::Parameter => false,
+            VariableKind::State
+            | VariableKind::Scratch
+            | VariableKind::Accepted
+            | VariableKind::Local => true,
+        })
+    }
+}
+
 impl Constructor {
     /// Returns the kernel for so many more elements.
     fn kernel(&self, count: usize, compiler: &KernelCompiler) -> Result<&Kernel, Diagnostic> {

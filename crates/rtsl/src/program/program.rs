@@ -252,6 +252,21 @@ impl Program {
         self.make_elements(instance, block, numbers.len(), |index| numbers[index])
     }
 
+    /// True if a method reads nothing but data that each element has of its own: one kernel and one table then serve the
+    /// elements of several instances.
+    pub fn reads_elements_alone(&self, method: Method) -> bool {
+        let (Ok(maker), Ok(method)) = (self.element_maker(), self.method(method)) else {
+            return false;
+        };
+        maker.has_all_of(&method.function, &self.layout)
+    }
+
+    fn element_maker(&self) -> Result<&ElementMaker, Diagnostic> {
+        let make = || ElementMaker::new(&self.tree, &self.layout).map(Box::new);
+        let maker = self.elements.get_or_init(|| nesting::with_deep_stack(make));
+        maker.as_deref().map_err(Clone::clone)
+    }
+
     fn element_count(&self, instance: &Instance) -> Result<usize, Diagnostic> {
         let count = instance.element_count().ok_or_else(|| errors::no_elements(self.class()))?;
         Ok(count as usize)
@@ -264,11 +279,7 @@ impl Program {
         count: usize,
         number: impl Fn(usize) -> u32,
     ) -> Result<Objects, Diagnostic> {
-        let maker = self.elements.get_or_init(|| {
-            nesting::with_deep_stack(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new))
-        });
-        let maker = maker.as_ref().map_err(Clone::clone)?;
-        maker.make(instance, block, count, number, &self.compiler)
+        self.element_maker()?.make(instance, block, count, number, &self.compiler)
     }
 
     /// Returns the form of objects that share nothing, with placements or without.
