@@ -1,4 +1,5 @@
-//! `cargo xtask python`: the tests of the Python package, with a build of this checkout.
+//! `cargo xtask python`: the tests of the Python package, with a build of this checkout, and those of the benchmarks
+//! that are written in Python.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -53,6 +54,9 @@ pub fn run(arguments: &[String]) -> Result<()> {
     if !arguments.is_empty() {
         return Ok(());
     }
+    say("tests of the comparison with Mitsuba");
+    let test = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/public/tests"];
+    Command::new(&python).args(test).run()?;
     say("notebooks");
     let execute = ["python/examples/execute.py", "--check"];
     Command::new(&python).args(execute).toolchain_llvm().run()

@@ -103,6 +103,59 @@ fn a_triangle_takes_no_more_than_its_share_of_the_buffers() {
     assert!(bytes <= 36 * triangles, "{bytes} bytes for {triangles} triangles");
 }
 
+/// A rough sheet of 8 by 8 squares, of which each mesh has so many rows, with normals and coordinates at its corners.
+fn sheet(rows: usize) -> String {
+    let place = |index: usize| index as f32 / 4.0 - 1.0;
+    let height = |x: usize, y: usize| ((7 * x + 5 * y) % 11) as f32 / 40.0;
+    let meshes = (0..8).step_by(rows).map(|first| {
+        let corners = || (first..=first + rows).flat_map(|y| (0..=8).map(move |x| (x, y)));
+        let list = |corner: &dyn Fn(usize, usize) -> String| -> String {
+            corners().map(|(x, y)| corner(x, y)).collect()
+        };
+        let points = list(&|x, y| format!("{} {} {} ", place(x), height(x, y), place(y)));
+        let normals = list(&|x, y| format!("{} 1 {} ", height(y, x) - 0.1, height(x, x) - 0.1));
+        let uvs = list(&|x, y| format!("{} {} ", place(x), place(y)));
+        let squares = (0..rows).flat_map(|y| (0..8).map(move |x| 9 * y + x));
+        let indices = squares
+            .map(|at| format!("{} {} {}  {} {} {} ", at, at + 1, at + 10, at, at + 10, at + 9));
+        format!(
+            "Shape \"trianglemesh\" \"point3 P\" [{points}] \"normal N\" [{normals}] \
+             \"point2 uv\" [{uvs}] \"integer indices\" [{}]\n",
+            indices.collect::<String>()
+        )
+    });
+    "Texture \"checks\" \"spectrum\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 3\n\
+     Material \"diffuse\" \"texture reflectance\" \"checks\"\n"
+        .to_owned()
+        + &meshes.collect::<String>()
+}
+
+/// Meshes are in leaves together, where a ray that hits one has to find its own normals and coordinates.
+#[test]
+fn a_mesh_in_parts_is_the_same_picture() {
+    let ball = "Translate 0 0.6 0 Material \"diffuse\" Shape \"sphere\" \"float radius\" 0.3\n";
+    for placed in ["", "Translate 0.1 0.2 0.3\n"] {
+        let of_rows = |rows: usize| {
+            let files = with_world(&format!("{placed}{}{ball}", sheet(rows)));
+            let whitted = picture(&files);
+            let request = RenderRequest {
+                scene: "scene.pbrt".into(),
+                load: LoadOptions::with_integrator("Path"),
+                samples: Some(4),
+                ..RenderRequest::default()
+            };
+            let paths = render_scene_from(&request, &files);
+            let paths = paths.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+            (whitted, bits(&paths.image))
+        };
+        let whole = of_rows(8);
+        assert!(whole.0.iter().any(|pixel| *pixel != whole.0[0]));
+        for rows in [1, 2, 4] {
+            assert!(of_rows(rows) == whole, "{rows} rows, {placed}");
+        }
+    }
+}
+
 /// The corners of the square with a texture that shows its coordinates, in single triangles.
 fn single_triangles() -> String {
     let triangle = |corners: [[i32; 2]; 3]| {
