@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::instance::{BoundBuffer, InstanceBlock};
 
-/// Instances of one layout in a row, such as the elements of one object, which differ in few words: those have a column
-/// each, and the others are stored once. In a scene of 3.5 million triangles, a block for each took 2.2 s to make, where
-/// columns take 0.1 (Zen 5).
+/// Instances of one layout in a row, such as the elements of one object, which differ in few words: those have a
+/// column each, and the others are stored once. In a scene of 3.5 million triangles, a block for each took 2.2 s to
+/// make, where columns take 0.1 (Zen 5).
 #[derive(Clone, Debug)]
 pub struct InstanceRun {
     first: InstanceBlock,
