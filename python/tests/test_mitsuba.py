@@ -8,6 +8,10 @@ import pytest
 import rtsl
 from rtsl import library, transforms
 
+# Dr.Jit takes the LLVM that RTSL has, if nothing names another. It looks when it is imported, and finds any version.
+if rtsl.info()["path"]:
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", rtsl.info()["path"])
+
 mi = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 dr = pytest.importorskip("drjit")
 
@@ -16,9 +20,6 @@ SIZE = 32
 
 @pytest.fixture(params=["llvm_ad_rgb", "scalar_rgb"])
 def variant(request):
-    # Dr.Jit takes the LLVM that RTSL has, if nothing names another.
-    if rtsl.info()["path"]:
-        os.environ.setdefault("DRJIT_LIBLLVM_PATH", rtsl.info()["path"])
     try:
         mi.set_variant(request.param)
     except ImportError as error:
