@@ -144,15 +144,19 @@ class Mitsuba:
         key = task.scene, task.size, task.threads
         if key not in self.workers:
             self.close()
-            self.workers[key] = self.start(*key)
+            self.start(*key)
         return self.workers[key]
 
-    def start(self, scene: str, size: int, threads: int) -> subprocess.Popen:
+    def command(self, scene: str, size, threads: int) -> list:
+        """The program of a worker and its arguments."""
+        return [HERE / "mitsuba_worker.py", VARIANT, scene, size, threads]
+
+    def start(self, scene: str, size, threads: int) -> None:
         # Dr.Jit keeps kernels below the home folder.
         home = self.work / f"home-{time.monotonic_ns()}"
         home.mkdir()
         worker = subprocess.Popen(
-            [sys.executable, HERE / "mitsuba_worker.py", VARIANT, scene, str(size), str(threads)],
+            [sys.executable, *map(str, self.command(scene, size, threads))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=(self.work / "mitsuba.log").open("a"),
@@ -160,8 +164,8 @@ class Mitsuba:
             env=os.environ | {"HOME": str(home)},
             preexec_fn=self.processors.limit(threads),
         )
+        self.workers[scene, size, threads] = worker
         self.answer(worker)
-        return worker
 
     def answer(self, worker: subprocess.Popen) -> dict:
         line = worker.stdout.readline()
@@ -170,8 +174,13 @@ class Mitsuba:
         return json.loads(line)
 
     def close(self) -> None:
-        """Ends all workers: a waiting one holds memory, and its threads may still turn."""
+        """Ends all workers, also those that do not answer: a waiting one holds memory, and its threads may still
+        turn."""
         for worker in self.workers.values():
             worker.stdin.close()
-            worker.wait()
+            try:
+                worker.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                worker.kill()
+                worker.wait()
         self.workers.clear()

@@ -24,24 +24,23 @@ def rgb(values) -> dict:
 
 def mean_number(texture: Texture) -> float:
     """A number for a texture where Mitsuba takes no other."""
-    if isinstance(texture, float):
-        return texture
-    if texture["type"] == "rgb":
-        return float(numpy.mean(texture["value"]))
-    if texture["type"] == "checkerboard":
-        return 0.5 * (mean_number(texture["color0"]) + mean_number(texture["color1"]))
-    return float(texels(texture).mean())
+    return reduced(texture, numpy.mean)
 
 
 def greatest_number(texture: Texture) -> float:
     """The greatest component of a texture."""
+    return reduced(texture, numpy.max)
+
+
+def reduced(texture: Texture, reduce: Callable) -> float:
+    """One number for all components of a texture."""
     if isinstance(texture, float):
         return texture
     if texture["type"] == "rgb":
-        return float(numpy.max(texture["value"]))
+        return float(reduce(texture["value"]))
     if texture["type"] == "checkerboard":
-        return max(greatest_number(texture["color0"]), greatest_number(texture["color1"]))
-    return float(texels(texture).max())
+        return float(reduce([reduced(texture[name], reduce) for name in ("color0", "color1")]))
+    return float(reduce(texels(texture)))
 
 
 def texels(texture: dict) -> numpy.ndarray:

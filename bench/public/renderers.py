@@ -4,7 +4,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -127,23 +126,8 @@ class Mitsuba(systems.Mitsuba):
         super().__init__(work)
         self.scene = scene
 
-    def start(self, scene: str, size: tuple[int, int], threads: int) -> subprocess.Popen:
-        # Dr.Jit keeps kernels below the home folder.
-        home = self.work / f"home-{time.monotonic_ns()}"
-        home.mkdir()
-        words = [HERE / "scene_worker.py", VARIANT, self.scene.converted, threads]
-        worker = subprocess.Popen(
-            [sys.executable, *map(str, words)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=(self.work / "mitsuba.log").open("a"),
-            text=True,
-            env=os.environ | {"HOME": str(home)},
-            preexec_fn=self.processors.limit(threads),
-        )
-        self.workers[scene, size, threads] = worker
-        self.answer(worker)
-        return worker
+    def command(self, scene: str, size: tuple[int, int], threads: int) -> list:
+        return [HERE / "scene_worker.py", VARIANT, self.scene.converted, threads]
 
     def answer(self, worker: subprocess.Popen) -> dict:
         line = worker.stdout.readline()
@@ -153,17 +137,6 @@ class Mitsuba(systems.Mitsuba):
                 f"Mitsuba: {last_line(log)}; a converted scene is limited by its features"
             )
         return json.loads(line)
-
-    def close(self) -> None:
-        """Ends all workers, also those that do not answer."""
-        for worker in self.workers.values():
-            worker.stdin.close()
-            try:
-                worker.wait(timeout=10)
-            except subprocess.TimeoutExpired:
-                worker.kill()
-                worker.wait()
-        self.workers.clear()
 
 
 class Pbrt:

@@ -12,6 +12,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::SystemTime;
 
 use crate::error::CodeCacheError;
 use crate::made_code::MadeCode;
@@ -22,14 +23,26 @@ use crate::private_folder::PrivateFolder;
 const MAX_BYTES: u64 = 512 << 20;
 /// The size that is left once files had to go.
 const KEPT_BYTES: u64 = MAX_BYTES / 4 * 3;
-/// The size of the largest file. The largest module of the public scenes that were tried has 1 MB.
+/// The size of the largest file. The largest module of the public scenes that were tried has half a MB.
 const MAX_FILE_BYTES: u64 = 64 << 20;
+
 /// A folder of compiled code.
 #[derive(Debug)]
 pub struct CodeCache {
     folder: PrivateFolder,
     /// The bytes written since the size of all files was last looked at, or more than any limit at first.
     written: AtomicU64,
+}
+
+/// A file of the folder.
+#[derive(Debug)]
+pub struct StoredFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its size.
+    pub bytes: u64,
+    /// The time at which it was last written or marked.
+    pub used: SystemTime,
 }
 
 /// The content of a cache.
@@ -132,7 +145,7 @@ fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
 #[cfg(all(test, unix))]
 mod tests {
     use std::collections::BTreeMap;
-    use std::time::{Duration, SystemTime};
+    use std::time::Duration;
 
     use super::*;
     use crate::llvm::Llvm;

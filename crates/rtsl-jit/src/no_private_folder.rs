@@ -1,25 +1,14 @@
 //! Systems without machine code, which need no folder for it.
 
 use std::io;
-use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::path::Path;
 
+use crate::code_cache::StoredFile;
 use crate::error::CodeCacheError;
 
 /// There is none.
 #[derive(Debug)]
 pub enum PrivateFolder {}
-
-/// A file of a folder.
-#[derive(Debug)]
-pub struct StoredFile {
-    /// Its path.
-    pub path: PathBuf,
-    /// Its size.
-    pub bytes: u64,
-    /// The time at which it was last written or marked.
-    pub used: SystemTime,
-}
 
 impl PrivateFolder {
     /// Refuses.

@@ -7,18 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
+use crate::code_cache::StoredFile;
 use crate::error::CodeCacheError;
-
-/// A file of a folder.
-#[derive(Debug)]
-pub struct StoredFile {
-    /// Its path.
-    pub path: PathBuf,
-    /// Its size.
-    pub bytes: u64,
-    /// The time at which it was last written or marked.
-    pub used: SystemTime,
-}
 
 /// The age from which unfinished files are removed.
 const UNFINISHED_AGE: Duration = Duration::from_secs(3600);

@@ -41,6 +41,7 @@ mod instance;
 mod nesting;
 mod program;
 mod state;
+mod threads;
 mod type_name;
 
 pub use at_work::begin_work;

@@ -243,7 +243,7 @@ struct ElementPlaces {
 }
 
 /// Returns a table of the elements of several objects for each of them, with the object's own data as shared ones. All
-/// are in the same memory. Places that none has, in which leaves repeat items of other objects, are not read.
+/// are in the same memory.
 fn together(
     count: usize,
     objects: &[&SceneObject],

@@ -284,7 +284,7 @@ impl KernelCompiler {
     /// and a picture with 16 samples takes a twentieth longer to render.
     ///
     /// Each is a module, so that a cache finds it whatever else a scene has. That takes as long as modules of several
-    /// (Zen 5: 1.04 of their time in `scenes/primitives.pbrt`, 0.96 in a bathroom with eleven classes of surfaces).
+    /// (Zen 5: 1.07 of their time in `scenes/primitives.pbrt`, 0.94 in a bathroom with eleven classes of surfaces).
     ///
     /// # Errors
     /// As for [`kernels`](Self::kernels).

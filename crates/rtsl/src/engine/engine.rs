@@ -1,7 +1,6 @@
 //! The engine of a host.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
@@ -20,6 +19,7 @@ use crate::instance::instance::Instance;
 use crate::program::kernel_request::KernelRequest;
 use crate::program::program::Program;
 use crate::program::query_request::QueryRequest;
+use crate::threads::{each_on_threads, on_threads, processors};
 
 /// Links instances and makes their kernels, each once. Engines are cheap to clone, and threads can share them.
 ///
@@ -266,41 +266,4 @@ fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
         }
     }
     modules.into_iter().map(|(_, module)| module).collect()
-}
-
-/// The number of threads that work at a time.
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Does the pieces of work `0..count` on threads.
-fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
-    let next = AtomicUsize::new(0);
-    let take = || {
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= count {
-                break;
-            }
-            work(index);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..threads.min(count) {
-            scope.spawn(take);
-        }
-        take();
-    });
-}
-
-/// Does the pieces of work `0..count` on all processors, and returns their results in order.
-pub(crate) fn each_on_threads<T: Send + Sync>(
-    count: usize,
-    work: impl Fn(usize) -> T + Sync,
-) -> Vec<T> {
-    let results: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
-    on_threads(processors(), count, |index| {
-        let _ = results[index].set(work(index));
-    });
-    results.into_iter().map(|it| it.into_inner().expect("all work is done")).collect()
 }

@@ -21,7 +21,7 @@ use rtsl_spec::lookup_state;
 use rtsl_stages::{Port, ResumedBy};
 
 use super::background::{Answer, wait};
-use super::engine::{Engine, each_on_threads};
+use super::engine::Engine;
 use super::tiered_kernel::TieredKernel;
 use crate::codegen::kernel_compiler::FirstKernel;
 use crate::codegen::kernel_source::KernelSource;
@@ -29,6 +29,7 @@ use crate::codegen::variant::Variant;
 use crate::nesting;
 use crate::program::camera_program::CameraProgram;
 use crate::program::staged_program::{PATH_COLUMNS, StageRequest, StagedProgram, may_draw};
+use crate::threads::each_on_threads;
 
 /// A kernel of a stage, with the data that it reads and sets.
 #[derive(Debug)]

@@ -12,8 +12,8 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use super::program::Program;
-use crate::engine::engine::each_on_threads;
 use crate::instance::instance::Instance;
+use crate::threads::each_on_threads;
 
 /// Surfaces with materials of one class, and emitters of one class.
 #[derive(Clone, Debug)]
