@@ -170,7 +170,7 @@ impl Node8 {
     /// A node without children.
     pub const EMPTY: Node8 = Node8 {
         boxes: Boxes::EMPTY,
-        children: [Child::node(0); SIMD_LANES],
+        children: [Child::END; SIMD_LANES],
         items: [0; SIMD_LANES],
         count: 0,
     };

@@ -7,7 +7,7 @@
 //! (Zen 5), because vectors of entries that were stored in parts are slow to load.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, mask64x4, mask64x8, u32x8, u64x4, u64x8};
+use fearless_simd::{Simd, f32x8, mask32x8, mask64x4, mask64x8, u8x64, u32x8, u64x4, u64x8};
 use rtsl_math::SIMD_LANES;
 
 use super::bvh8::{Bvh8, Child, Node8};
@@ -20,6 +20,18 @@ pub const MAX_INTERLEAVED: usize = LANES;
 /// At most so many rays are interleaved in a small state, which takes less time to set up: rays in instances are alone.
 /// Rays that leave surfaces of instances took 1.15 times as long in one state for 32 rays (Zen 4).
 pub const FEW_INTERLEAVED: usize = 4;
+
+/// The bytes of pairs of one number each of two vectors, given one after the other.
+const BY_SLOT: [u8; 8 * SIMD_LANES] = {
+    let mut bytes = [0; 8 * SIMD_LANES];
+    let mut byte = 0;
+    while byte < bytes.len() {
+        let (slot, is_second) = (byte / 8, byte / 4 % 2);
+        bytes[byte] = ((slot + is_second * SIMD_LANES) * 4 + byte % 4) as u8;
+        byte += 1;
+    }
+    bytes
+};
 
 /// Up to so many children are sorted without branches; rays rarely meet more children of a node.
 const MAX_BRANCHLESS_SORT: usize = 3;
@@ -222,12 +234,15 @@ impl<const N: usize> InterleavedTraversal<N> {
         simd: S,
         stacks: &mut RayStacks,
         ray: usize,
-        met: u64,
+        met: mask32x8<S>,
         node: &Node8,
         entries: f32x8<S>,
     ) {
-        let (low, high) = entries_by_slot(simd, node, entries);
-        let all: u64x8<S> = low.combine(high).bitcast();
+        let met = met.to_bitmask();
+        let children = u32x8::load_array(simd, node.children.map(Child::bits));
+        let order = u8x64::load_array(simd, BY_SLOT);
+        let all = children.combine(entries.bitcast::<u32x8<S>>()).swizzle_dyn(order);
+        let all: u64x8<S> = all.bitcast();
         let all = all.compress(mask64x8::from_bitmask(simd, met));
         let count = met.count_ones() as usize;
         let end = self.ends[ray % N];
@@ -335,6 +350,7 @@ mod tests {
                 let mut of_node = NodeVisits::NONE;
                 of_node.set(simd, &node, entries);
                 first.push(one, 0, met, &of_node);
+                let met = mask32x8::from_bitmask(simd, met);
                 second.push_in_register(simd, other, 0, met, &node, entries);
             });
             let end = first.ends[0];

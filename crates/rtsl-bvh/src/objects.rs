@@ -42,8 +42,8 @@ pub trait Objects {
     /// Tests rays of a stream against one object each, all of one class. Adds to `found` those that hit.
     fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>);
 
-    /// Performs tests of loaded rays of one frame, at most one for each ray.
-    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]);
+    /// Performs tests of loaded rays of one frame against leaves of one tree, at most one for each ray.
+    fn leaves(&mut self, rays: &[LoadedRay], leaves: &[Leaf], tests: &mut [RayLeafTest]);
 
     /// Tests one loaded ray against the item of a leaf with this index.
     fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32>;
@@ -56,15 +56,30 @@ pub trait Objects {
 
 /// A test of one ray against all items of a leaf.
 #[derive(Clone, Copy, Debug)]
-pub struct RayLeafTest<'a> {
-    /// The ray.
-    pub ray: &'a LoadedRay,
+pub struct RayLeafTest {
+    /// The index of the ray.
+    pub ray: u32,
+    /// The index of the leaf.
+    pub leaf: u32,
     /// The leaf's head.
     pub head: LeafHead,
-    /// The leaf.
-    pub leaf: &'a Leaf,
-    /// The result: the index of the closest hit, of equally close ones the lowest, and its distance.
-    pub nearest: Option<(usize, f32)>,
+    /// The result: the index of the closest hit, of equally close ones the lowest, or [`RayLeafTest::NO_ITEM`]. No
+    /// option, because no processor can predict what a ray hits: neither setting nor reading it takes a branch.
+    pub nearest: u32,
+    /// The distance of that hit; arbitrary without one.
+    pub distance: f32,
+}
+
+impl RayLeafTest {
+    /// The index that stands for none.
+    pub const NO_ITEM: u32 = u32::MAX;
+
+    /// Returns a test of a ray against a leaf, both given by their index.
+    #[inline(always)]
+    pub fn new(ray: usize, leaf: usize, head: LeafHead) -> RayLeafTest {
+        let (ray, leaf) = (ray as u32, leaf as u32);
+        RayLeafTest { ray, leaf, head, nearest: RayLeafTest::NO_ITEM, distance: 0.0 }
+    }
 }
 
 /// A ray that objects have loaded in its frame. Only such rays can be tested against leaves.

@@ -232,9 +232,9 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let outer = outer.map(|outer| outer.with_rays(&mut scene_rays, lanes));
         let mut rays = SmallVec::new();
         LoadedRay::add_of_packet(&mut rays, simd, self.objects, space, lanes);
-        for (head, leaf) in tree.heads.iter().zip(&tree.leaves).skip(child.index()) {
+        for (leaf, head) in tree.heads.iter().enumerate().skip(child.index()) {
             self.objects.visited(lanes);
-            self.visit_leaf_with_rays(simd, *head, leaf, &rays, outer.as_ref());
+            self.visit_leaf_with_rays(simd, tree, leaf, &rays, outer.as_ref());
             if head.is_last {
                 break;
             }

@@ -1,12 +1,12 @@
 //! Single rays in one space, prepared for box tests: see the module `box_test` for the formulas.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, mask32x8};
+use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
 use rtsl_math::{Affine, SIMD_LANES};
 
 use super::bounds::Bounds;
 use super::box_test::{SLACK, finite_reciprocal};
-use super::bvh8::Boxes;
+use super::bvh8::{Boxes, Child, Node8};
 use super::stream::StreamRay;
 
 /// One ray in one space.
@@ -68,6 +68,23 @@ impl TraversalRay {
         }
         let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
         entry <= exit && exit >= self.epsilon && entry <= distance
+    }
+
+    /// Tests the boxes of a node. Returns the children that the ray meets before `limit`, and the distances at which it
+    /// enters them.
+    #[inline(always)]
+    pub(super) fn test_node<S: Simd>(
+        &self,
+        simd: S,
+        node: &Node8,
+        limit: f32,
+    ) -> (mask32x8<S>, f32x8<S>) {
+        let TraversalRay { origin, negative_inverse, epsilon, .. } = *self;
+        let (met, entry) = test(simd, origin, negative_inverse, &node.boxes, epsilon, limit);
+        // Children are compared, and not counted, so that the mask stays in its register.
+        let children = u32x8::load_array(simd, node.children.map(Child::bits));
+        let is_none = children.simd_eq(u32x8::splat(simd, Child::END.bits()));
+        (met & !is_none, entry)
     }
 
     /// Tests the first `count` boxes. Returns a mask of those that the ray meets before `limit`, and the distances at

@@ -4,23 +4,20 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use rtsl_math::SIMD_LANES;
-use smallvec::SmallVec;
 
-use super::bvh8::{Bvh8, Child, INSTANCE, Leaf, LeafHead};
+use super::bvh8::{Bvh8, Child, INSTANCE, Leaf};
 use super::interleaved_traversal::{
     FEW_INTERLEAVED, InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting,
 };
 use super::objects::{LoadedRay, Objects, RayLeafTest};
 use super::packet::{LANES, is_wide};
 use super::ray_space::TraversalRay;
-use super::traversal::{InstanceContext, Search, Traversal};
+use super::traversal::{InstanceContext, Search, Traversal, TraversalStack};
 
 /// The instance whose group is traversed, with the rays in the scene's space.
 pub type RaysOuter<'a> = InstanceContext<'a, [TraversalRay]>;
 
 type RayOuter<'a> = InstanceContext<'a, TraversalRay>;
-
-type RayLeafTests<'r> = SmallVec<[RayLeafTest<'r>; MAX_INTERLEAVED]>;
 
 /// Rays in a group.
 struct RayGroup<'a, 'r> {
@@ -80,20 +77,20 @@ impl<'a, O: Objects> Traversal<'a, O> {
         of_node: &mut NodeVisits,
     ) {
         let nodes = group.tree.nodes.as_slice();
-        for ray_index in interleaved.take_at_nodes() {
-            let ray = &group.rays[ray_index];
+        let stacks = &mut self.visits.rays;
+        for index in interleaved.take_at_nodes() {
+            let ray = &group.rays[index];
             let limit = self.hits.distance[ray.lane % LANES];
             self.objects.visited(1 << ray.lane);
-            let node = &nodes[interleaved.next(ray_index).index()];
-            let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
-            let stacks = &mut self.visits.rays;
+            let node = &nodes[interleaved.next(index).index()];
+            let (met, entries) = ray.test_node(simd, node, limit);
             if is_wide::<S>() {
-                interleaved.push_in_register(simd, stacks, ray_index, met, node, entries);
+                interleaved.push_in_register(simd, stacks, index, met, node, entries);
             } else {
                 of_node.set(simd, node, entries);
-                interleaved.push(stacks, ray_index, met, of_node);
+                interleaved.push(stacks, index, met.to_bitmask(), of_node);
             }
-            interleaved.queue_next(&self.visits.rays, group.tree, ray_index, limit);
+            interleaved.queue_next(stacks, group.tree, index, limit);
         }
     }
 
@@ -106,16 +103,17 @@ impl<'a, O: Objects> Traversal<'a, O> {
         interleaved: &mut InterleavedTraversal<N>,
     ) {
         let at_leaves = interleaved.take_at_leaves();
-        let mut tests = RayLeafTests::new();
-        self.add_tests_at_leaves(simd, &mut tests, group, interleaved, at_leaves);
-        self.make_tests(&mut tests, group.outer);
+        // Rays of instances that are visited meanwhile have theirs behind these.
+        let first = self.visits.tests.len();
+        self.add_tests_at_leaves(simd, group, interleaved, at_leaves);
+        self.make_tests(group, first);
         for ray_index in at_leaves {
             let (lane, index) =
                 (group.rays[ray_index].lane % LANES, interleaved.next(ray_index).index());
             if self.open(1 << lane) == 0 {
                 continue;
             }
-            if group.tree.leaves[index].is_last {
+            if group.tree.heads[index].is_last {
                 interleaved.queue_next(
                     &self.visits.rays,
                     group.tree,
@@ -130,30 +128,25 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Adds the tests of the rays at leaves. Instances are visited at once.
     #[inline(always)]
-    fn add_tests_at_leaves<'r, S: Simd, const N: usize>(
+    fn add_tests_at_leaves<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        tests: &mut RayLeafTests<'r>,
-        group: &RayGroup<'a, 'r>,
+        group: &RayGroup<'a, '_>,
         interleaved: &mut InterleavedTraversal<N>,
         at_leaves: Waiting,
-    ) where
-        'a: 'r,
-    {
+    ) {
         for ray_index in at_leaves {
             if !interleaved.is_new_leaf(ray_index) {
                 continue;
             }
             let (ray, index) = (&group.rays[ray_index], interleaved.next(ray_index).index());
-            // The leaf is in a cache, its head in the array of heads may not be.
-            let leaf = &group.tree.leaves[index];
-            let head = leaf.head();
+            let head = group.tree.heads[index];
             self.objects.visited(1 << ray.lane);
             if head.class == INSTANCE {
-                self.visit_instances_with_ray(simd, leaf, ray);
+                self.visit_instances_with_ray(simd, &group.tree.leaves[index], ray);
             } else {
                 self.objects.prefetch(&head);
-                tests.push(RayLeafTest { ray, head, leaf, nearest: None });
+                self.visits.tests.push(RayLeafTest::new(ray_index, index, head));
             }
         }
     }
@@ -163,53 +156,50 @@ impl<'a, O: Objects> Traversal<'a, O> {
     pub fn visit_leaf_with_rays<S: Simd>(
         &mut self,
         simd: S,
-        head: LeafHead,
-        leaf: &'a Leaf,
+        tree: &'a Bvh8,
+        leaf: usize,
         rays: &[LoadedRay],
         outer: Option<&RaysOuter<'_>>,
     ) {
+        let head = tree.heads[leaf];
         if head.class == INSTANCE {
+            let leaf = &tree.leaves[leaf];
             rays.iter().for_each(|ray| self.visit_instances_with_ray(simd, leaf, ray));
             return;
         }
-        let mut tests = RayLeafTests::new();
-        for ray in rays {
-            tests.push(RayLeafTest { ray, head, leaf, nearest: None });
-        }
-        self.make_tests(&mut tests, outer);
+        let first = self.visits.tests.len();
+        let tests = (0..rays.len()).map(|ray| RayLeafTest::new(ray, leaf, head));
+        self.visits.tests.extend(tests);
+        self.make_tests(&RayGroup { tree, rays, outer }, first);
     }
 
+    /// Performs the tests from `first` on and removes them.
     #[inline(always)]
-    fn make_tests(&mut self, tests: &mut [RayLeafTest<'_>], outer: Option<&RaysOuter<'_>>) {
-        if tests.is_empty() {
+    fn make_tests(&mut self, group: &RayGroup<'a, '_>, first: usize) {
+        let RayGroup { tree, rays, outer } = *group;
+        let TraversalStack { tests, closer, .. } = &mut *self.visits;
+        let made = &mut tests[first..];
+        if made.is_empty() {
             return;
         }
-        self.objects.leaves(tests);
-        for RayLeafTest { ray, head: _, leaf, nearest } in tests {
-            let Some((index, distance)) = *nearest else { continue };
+        self.objects.leaves(rays, &tree.leaves, made);
+        closer.clear();
+        closer.resize(made.len(), 0);
+        let mut count = 0;
+        for (index, RayLeafTest { ray, nearest, distance, .. }) in (0..).zip(&*made) {
+            let farthest = self.hits.distance[rays[*ray as usize].lane % LANES];
+            let is_closer = *nearest != RayLeafTest::NO_ITEM && *distance <= farthest;
+            closer[count] = index;
+            count += usize::from(is_closer);
+        }
+        for place in 0..count {
+            let index = first + self.visits.closer[place] as usize;
+            let RayLeafTest { ray, leaf, nearest, distance, .. } = self.visits.tests[index];
+            let (ray, leaf) = (&rays[ray as usize], &tree.leaves[leaf as usize]);
             let outer = outer.map(|outer| outer.of(ray));
-            self.keep_closest_of_leaf(leaf, index, distance, ray, outer.as_ref());
+            self.keep_closest_of_leaf(leaf, nearest as usize, distance, ray, outer.as_ref());
         }
-    }
-
-    /// Tests a ray against all items of a leaf.
-    fn visit_leaf_with_ray<S: Simd>(
-        &mut self,
-        simd: S,
-        leaf: &'a Leaf,
-        ray: &LoadedRay,
-        outer: Option<&RayOuter<'_>>,
-    ) {
-        self.objects.visited(1 << ray.lane);
-        if leaf.class == INSTANCE {
-            self.visit_instances_with_ray(simd, leaf, ray);
-            return;
-        }
-        let mut test = [RayLeafTest { ray, head: leaf.head(), leaf, nearest: None }];
-        self.objects.leaves(&mut test);
-        if let [RayLeafTest { nearest: Some((index, distance)), .. }] = test {
-            self.keep_closest_of_leaf(leaf, index, distance, ray, outer);
-        }
+        self.visits.tests.truncate(first);
     }
 
     #[inline(always)]
@@ -221,9 +211,6 @@ impl<'a, O: Objects> Traversal<'a, O> {
         ray: &LoadedRay,
         outer: Option<&RayOuter<'_>>,
     ) {
-        if distance > self.hits.distance[ray.lane] {
-            return;
-        }
         if is_held(leaf, index, ray, distance, outer) {
             self.keep(leaf.items[index], distance, ray.lane, outer);
         } else {
@@ -292,15 +279,15 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let Some((group, instance)) = self.instance(item) else { return };
         let Some(moved) = instance.moved_ray(ray) else { return };
         let moved = LoadedRay::alone(self.objects, moved);
-        let bounds = leaf.boxes.get(index);
-        for leaf in group.tree.unbounded() {
-            let outer = InstanceContext { item, bounds, space: ray };
-            self.visit_leaf_with_ray(simd, leaf, &moved, Some(&outer));
+        let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
+        let outer = InstanceContext { item, bounds: leaf.boxes.get(index), space };
+        let tree = &group.tree;
+        for leaf in tree.first_unbounded as usize..tree.leaves.len() {
+            self.objects.visited(1 << ray.lane);
+            self.visit_leaf_with_rays(simd, tree, leaf, moved, Some(&outer));
         }
-        if let Some(root) = group.tree.root {
-            let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
-            let outer = InstanceContext { item, bounds, space };
-            self.visit_tree_with_rays(simd, &group.tree, root, moved, Some(&outer));
+        if let Some(root) = tree.root {
+            self.visit_tree_with_rays(simd, tree, root, moved, Some(&outer));
         }
     }
 }

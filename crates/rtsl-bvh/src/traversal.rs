@@ -4,7 +4,7 @@ use super::bounds::Bounds;
 use super::geometry::{Geometry, Group, Instance};
 use super::hit::{HitId, Hits};
 use super::interleaved_traversal::RayStacks;
-use super::objects::Objects;
+use super::objects::{Objects, RayLeafTest};
 use super::packet::LaneMask;
 use super::ray_lists::RayLists;
 use super::ray_space::TraversalRay;
@@ -27,6 +27,10 @@ pub struct TraversalStack {
     pub(super) packets: Vec<PacketVisit>,
     /// The stacks of interleaved rays.
     pub(super) rays: RayStacks,
+    /// The tests of interleaved rays at leaves.
+    pub(super) tests: Vec<RayLeafTest>,
+    /// Of these, the indices of those whose hits may be the closest.
+    pub(super) closer: Vec<u32>,
     /// The pending visits of streams.
     pub(super) lists: RayLists,
     /// For each class, the pairs of a stream that are not tested yet.

@@ -89,11 +89,14 @@ impl Objects for Spheres<'_> {
         }
     }
 
-    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
-        for RayLeafTest { ray, head, leaf, nearest } in tests {
-            let hits = (0..usize::from(head.count))
-                .filter_map(|index| Some((index, self.ray_against_one(ray, leaf, index)?)));
-            *nearest = hits.min_by(|(_, one), (_, other)| one.total_cmp(other));
+    fn leaves(&mut self, rays: &[LoadedRay], leaves: &[Leaf], tests: &mut [RayLeafTest]) {
+        for test in tests {
+            let (ray, leaf) = (&rays[test.ray as usize], &leaves[test.leaf as usize]);
+            let hits = (0..u32::from(test.head.count)).filter_map(|index| {
+                Some((index, self.ray_against_one(ray, leaf, index as usize)?))
+            });
+            let nearest = hits.min_by(|(_, one), (_, other)| one.total_cmp(other));
+            (test.nearest, test.distance) = nearest.unwrap_or((RayLeafTest::NO_ITEM, 0.0));
         }
     }
 

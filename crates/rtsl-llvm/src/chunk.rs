@@ -61,6 +61,7 @@ impl Emitter<'_, '_> {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream if self.is_full() => {
                 self.emit_full_chunks(done);
             }
+            CallMode::Leaf if self.is_full() => self.emit_full_test(done),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
                 self.emit_chunk_loop(done);
             }
@@ -85,6 +86,19 @@ impl Emitter<'_, '_> {
         self.branch(more, start, done);
         let index = LlvmType { element: "i64", count: 1 };
         self.insert_phi(base_at, base, index, &[(Operand::Int(0), before), (next, end)]);
+    }
+
+    /// Emits a test of as many objects as there are lanes.
+    fn emit_full_test(&mut self, done: Label) {
+        self.begin_only_chunk();
+        self.define_all_on(self.kernel.body.params[0]);
+        self.emit_locals();
+        self.emit_instances();
+        self.emit_ops(&self.kernel.body.ops);
+        if let Some(accepted) = self.accepted() {
+            self.store_nearest_of_chunk(self.kernel.body.params[0], accepted);
+        }
+        self.jump(done);
     }
 
     /// Emits the only lane of a single call, which is on.

@@ -88,7 +88,7 @@ pub enum PointerSource {
 pub enum Part {
     /// All chunks.
     All,
-    /// Full chunks, as many at a time as the kernel interleaves.
+    /// Full chunks, as many at a time as the kernel interleaves; for the nearest of several objects only one.
     Full,
     /// The chunks after the full ones.
     Rest,
@@ -163,10 +163,13 @@ impl<'a, 'm> Emitter<'a, 'm> {
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
         let single = self.kernel.mode == CallMode::Single;
+        let is_test = self.kernel.keeps_nearest();
         let (enter, leave) = match (checked, self.part) {
             (Some(checked), _) => (checked, String::new()),
-            _ if full.is_some() => (format!("  br label %{start}\n"), String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),
+            (None, Part::Full) if full.is_some() || is_test => {
+                (format!("  br label %{start}\n"), String::new())
+            }
             (None, Part::All | Part::Rest) => {
                 (self.enter_unless_empty(passed, start, done), String::new())
             }
@@ -174,7 +177,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         };
         let header = match (self.part, full_header) {
             (_, Some(header)) => header,
-            (Part::All, None) if self.kernel.keeps_nearest() => test_header(symbol),
+            (Part::All | Part::Full, None) if is_test => test_header(symbol, self.is_full()),
             (Part::All | Part::Full, None) => format!("void @\"{symbol}\"(ptr noalias %call)"),
             (Part::Rest, None) => {
                 format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {passed})")

@@ -18,16 +18,17 @@ pub struct LeafTest {
     first: Operand,
 }
 
-/// Returns the head of the function of one test.
-pub fn test_header(symbol: &str) -> String {
-    format!("internal void @\"{symbol}.test\"(ptr noalias %call, ptr noalias %test) alwaysinline")
+/// Returns the head of the function of one test, with as many objects as lanes or with any number of them.
+pub fn test_header(symbol: &str, is_full: bool) -> String {
+    let name = if is_full { "full" } else { "test" };
+    format!("internal void @\"{symbol}.{name}\"(ptr noalias %call, ptr noalias %test) alwaysinline")
 }
 
-/// Returns the function that executes all tests of a call.
-pub fn all_tests(symbol: &str) -> String {
-    let (tests, count, size) = (offsets::CALL_TESTS, offsets::CALL_TEST_COUNT, offsets::TEST_SIZE);
-    // A test of no objects does not run, so a previous result must be overwritten.
-    let (nearest, none) = (offsets::TEST_NEAREST, offsets::NO_OBJECT as i32);
+/// Returns the function that executes all tests of a call. With as many objects as lanes a test has no loop.
+pub fn all_tests(symbol: &str, width: u32) -> String {
+    let (tests, count) = (offsets::CALL_TESTS, offsets::CALL_TEST_COUNT);
+    let (objects, mask) = (offsets::CALL_COUNT, offsets::CALL_MASK);
+    let (full, any) = (loop_over_tests(symbol, "full"), loop_over_tests(symbol, "test"));
     format!(
         "define void @\"{symbol}\"(ptr noalias %call) #0 {{
 entry:
@@ -37,21 +38,40 @@ entry:
   %tests.at = getelementptr i8, ptr %call, i64 {tests}
   %tests = load ptr, ptr %tests.at, align 8
   %none = icmp eq i64 %count, 0
-  br i1 %none, label %done, label %loop
-loop:
-  %number = phi i64 [ 0, %entry ], [ %next, %loop ]
-  %offset = mul nuw i64 %number, {size}
-  %test = getelementptr i8, ptr %tests, i64 %offset
-  %nearest = getelementptr i8, ptr %test, i64 {nearest}
-  store i32 {none}, ptr %nearest, align 4
-  call void @\"{symbol}.test\"(ptr %call, ptr %test)
-  %next = add nuw i64 %number, 1
-  %more = icmp ult i64 %next, %count
-  br i1 %more, label %loop, label %done
-done:
+  br i1 %none, label %done, label %some
+some:
+  %objects.at = getelementptr i8, ptr %call, i64 {objects}
+  %objects = load i32, ptr %objects.at, align 4
+  %mask.at = getelementptr i8, ptr %call, i64 {mask}
+  %mask = load ptr, ptr %mask.at, align 8
+  %unmasked = icmp eq ptr %mask, null
+  %whole = icmp eq i32 %objects, {width}
+  %is.full = and i1 %whole, %unmasked
+  br i1 %is.full, label %full, label %test
+{full}{any}done:
   ret void
 }}
 
+"
+    )
+}
+
+/// Returns the blocks of a loop over all tests, which begins with the one of this name and calls its function.
+fn loop_over_tests(symbol: &str, name: &str) -> String {
+    let size = offsets::TEST_SIZE;
+    // A test of no objects does not run, so a previous result must be overwritten.
+    let (nearest, none) = (offsets::TEST_NEAREST, offsets::NO_OBJECT as i32);
+    format!(
+        "{name}:
+  %{name}.number = phi i64 [ 0, %some ], [ %{name}.next, %{name} ]
+  %{name}.offset = mul nuw i64 %{name}.number, {size}
+  %{name}.of = getelementptr i8, ptr %tests, i64 %{name}.offset
+  %{name}.nearest = getelementptr i8, ptr %{name}.of, i64 {nearest}
+  store i32 {none}, ptr %{name}.nearest, align 4
+  call void @\"{symbol}.{name}\"(ptr %call, ptr %{name}.of)
+  %{name}.next = add nuw i64 %{name}.number, 1
+  %{name}.more = icmp ult i64 %{name}.next, %count
+  br i1 %{name}.more, label %{name}, label %done
 "
     )
 }

@@ -73,6 +73,7 @@ fn emit_module<'a, 'm>(
     for (symbol, kernel) in kernels {
         let symbol = symbol.as_ref();
         let parts: &[Part] = match kernel.interleave {
+            None if kernel.keeps_nearest() => &[Part::Full, Part::All],
             None => &[Part::All],
             Some(_) => &[Part::Full, Part::Rest],
         };
@@ -81,7 +82,7 @@ fn emit_module<'a, 'm>(
             module.add_function(&function);
         }
         if kernel.keeps_nearest() {
-            module.add_function(&all_tests(symbol));
+            module.add_function(&all_tests(symbol, kernel.width));
         }
     }
     module

@@ -6,7 +6,10 @@
 //! A lane without a hit has the index -1 and the key NaN, which every key precedes: the key of a hit is its distance,
 //! with infinity for NaN. Within a lane objects come in ascending order, so a later one must be strictly nearer; among
 //! lanes ties are broken by the index.
+//!
+//! Where all objects are in one chunk, nothing is kept, and the first of the lanes with the least key is the nearest.
 
+use rtsl_abi::offsets;
 use rtsl_ir::Value;
 use rtsl_packet::kernel::KernelOutput;
 
@@ -96,14 +99,52 @@ impl Emitter<'_, '_> {
         for Kept { output, value: _, at } in outputs {
             let element = self.output_element(output);
             let lanes = self.load_kept(element, at);
-            let word = self.extract(self.lanes(element), lanes, lane);
-            let array = self.output_array(output);
-            let old = self.load(self.vector(element, false), array);
-            let word = self
-                .instruction(format_args!("select i1 {any}, {element} {word}, {element} {old}"));
-            self.effect(format_args!("store {element} {word}, ptr {array}, align 4"));
+            self.store_if(any, output, lanes, lane);
         }
         self.jump(done);
+    }
+
+    /// Stores the nearest hit of the only chunk and its outputs, or the previous values if there is none.
+    pub fn store_nearest_of_chunk(&mut self, mask: Value, accepted: Value) {
+        let (keys, hits) = (self.hit_key(), self.hits(mask, accepted).0);
+        let nearest = self.nearest_lanes(hits, keys);
+        let (any, lane) = self.first_of(nearest);
+        let none = offsets::NO_OBJECT as i32;
+        let object = self.instruction(format_args!("select i1 {any}, i32 {lane}, i32 {none}"));
+        self.store_nearest(object, any);
+        let outputs: Vec<_> = self.outputs().filter(|(it, _)| !self.is_accepted(*it)).collect();
+        for (output, value) in outputs {
+            let lanes = self.memory_operand(value, true);
+            self.store_if(any, output, lanes, lane);
+        }
+    }
+
+    /// Returns whether any of these lanes is on, and the first of them, or any lane if none is.
+    fn first_of(&mut self, bits: Operand) -> (Operand, Operand) {
+        let width = self.width;
+        if width == 1 {
+            return (bits, Operand::Int(0));
+        }
+        let ty = self.lanes("i1");
+        let bits = self.instruction(format_args!("bitcast {ty} {bits} to i{width}"));
+        let any = self.instruction(format_args!("icmp ne i{width} {bits}, 0"));
+        let bits = self.instruction(format_args!("zext i{width} {bits} to i32"));
+        // The bit behind the last lane ends the search.
+        let bits = self.instruction(format_args!("or i32 {bits}, {}", 1 << (width - 1)));
+        let (word, exact) = (self.lanes("i32").one(), LlvmType { element: "i1", count: 1 });
+        let arguments = [(word, bits), (exact, Operand::Bool(true))];
+        (any, self.intrinsic("llvm.cttz.i32", word, &arguments))
+    }
+
+    /// Stores one lane of an output of the ray if a condition holds.
+    fn store_if(&mut self, any: Operand, output: KernelOutput, lanes: Operand, lane: Operand) {
+        let element = self.output_element(output);
+        let word = self.extract(self.lanes(element), lanes, lane);
+        let array = self.output_array(output);
+        let old = self.load(self.vector(element, false), array);
+        let word =
+            self.instruction(format_args!("select i1 {any}, {element} {word}, {element} {old}"));
+        self.effect(format_args!("store {element} {word}, ptr {array}, align 4"));
     }
 
     /// Returns the distance of each lane's hit, at most infinity; the same for all if the kernel has no such output.

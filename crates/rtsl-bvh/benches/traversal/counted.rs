@@ -72,9 +72,9 @@ impl<O: Objects> Objects for Counted<'_, O> {
         self.objects.pairs(stream, class, pairs, found);
     }
 
-    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
+    fn leaves(&mut self, rays: &[LoadedRay], leaves: &[Leaf], tests: &mut [RayLeafTest]) {
         tests.iter().for_each(|test| self.add_test((1 << test.head.count) - 1));
-        self.objects.leaves(tests);
+        self.objects.leaves(rays, leaves, tests);
     }
 
     fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {

@@ -240,11 +240,18 @@ fn call_for_packet<S: Simd>(
 
 /// A call for leaves, for the objects at the indices of a mask.
 #[inline(never)]
-fn call_for_leaves<S: Simd>(simd: S, shapes: &Shapes, tests: &mut [RayLeafTest<'_>], items: u64) {
+fn call_for_leaves<S: Simd>(
+    simd: S,
+    shapes: &Shapes,
+    rays: &[LoadedRay],
+    tests: &mut [RayLeafTest],
+    items: u64,
+) {
     simd.vectorize(
         #[inline(always)]
         || {
-            for RayLeafTest { ray, head, nearest, .. } in tests {
+            for RayLeafTest { ray, head, nearest, distance: least, .. } in tests {
+                let ray = &rays[*ray as usize];
                 let block = &shapes.blocks[head.class as usize][head.index_in_class as usize];
                 let splat = |number: f32| f32x8::splat(simd, number);
                 let ([x, y, z], [u, v, w]) = (ray.origin, ray.direction);
@@ -254,15 +261,13 @@ fn call_for_leaves<S: Simd>(simd: S, shapes: &Shapes, tests: &mut [RayLeafTest<'
                 let rays = Rays { origin, direction, epsilon, limit };
                 let shape = Eight { simd, rows: &block.0 };
                 let (hit, distance) = test(simd, head.class, shape, rays);
-                let mut hit = hit.to_bitmask() & ((1 << head.count) - 1) & items;
-                let distance = distance.to_array();
-                while hit != 0 {
-                    let index = hit.trailing_zeros() as usize % 8;
-                    hit &= hit - 1;
-                    if nearest.is_none_or(|(_, nearest)| distance[index] < nearest) {
-                        *nearest = Some((index, distance[index]));
-                    }
-                }
+                let hit = hit.to_bitmask() & ((1 << head.count) - 1) & items;
+                let infinite = splat(f32::INFINITY);
+                let distance = mask32x8::from_bitmask(simd, hit).select(distance, infinite);
+                *least = distance.reduce_min();
+                let is_least = distance.simd_eq(splat(*least)).to_bitmask() & hit;
+                *nearest =
+                    if is_least == 0 { RayLeafTest::NO_ITEM } else { is_least.trailing_zeros() };
             }
         },
     );
@@ -352,14 +357,14 @@ impl Objects for Tests<'_> {
     }
 
     #[inline(always)]
-    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
-        dispatch!(Level::new(), simd => call_for_leaves(simd, self.shapes, tests, u64::MAX));
+    fn leaves(&mut self, rays: &[LoadedRay], _: &[Leaf], tests: &mut [RayLeafTest]) {
+        dispatch!(Level::new(), simd => call_for_leaves(simd, self.shapes, rays, tests, u64::MAX));
     }
 
     fn ray_against_one(&mut self, ray: &LoadedRay, leaf: &Leaf, index: usize) -> Option<f32> {
-        let mut tests = [RayLeafTest { ray, head: leaf.head(), leaf, nearest: None }];
+        let (rays, mut tests) = (std::slice::from_ref(ray), [RayLeafTest::new(0, 0, leaf.head())]);
         let item = 1 << index;
-        dispatch!(Level::new(), simd => call_for_leaves(simd, self.shapes, &mut tests, item));
-        tests[0].nearest.map(|(_, distance)| distance)
+        dispatch!(Level::new(), simd => call_for_leaves(simd, self.shapes, rays, &mut tests, item));
+        (tests[0].nearest != RayLeafTest::NO_ITEM).then_some(tests[0].distance)
     }
 }

@@ -4,11 +4,10 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::NoHost;
 use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method};
 use rtsl_bvh::{
-    LaneMask, Lanes, Leaf, LeafHead, LoadedRay, MAX_INTERLEAVED, Objects, PacketSpace, Pair,
-    PairHit, RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
+    LANES, LaneMask, Lanes, Leaf, LeafHead, LoadedRay, Objects, PacketSpace, Pair, PairHit,
+    RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
 };
 use rtsl_math::{SIMD_LANES, reciprocal};
-use smallvec::SmallVec;
 
 use super::calls::{CallBlocks, Callee};
 use super::compiled_scene::CompiledScene;
@@ -26,6 +25,8 @@ pub struct IntersectionBlocks {
     alone: CallBlocks,
     /// For rays of streams, allocated at their first use.
     pairs: Option<PairBlocks>,
+    /// The arguments of one call for leaves.
+    tests: Vec<LeafTest>,
     scratch_arrays: usize,
 }
 
@@ -33,7 +34,8 @@ impl IntersectionBlocks {
     /// Allocates the memory for shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize) -> Self {
         let blocks = || CallBlocks::new(scratch_arrays);
-        IntersectionBlocks { packet: blocks(), alone: blocks(), pairs: None, scratch_arrays }
+        let (packet, alone, tests) = (blocks(), blocks(), Vec::new());
+        IntersectionBlocks { packet, alone, pairs: None, tests, scratch_arrays }
     }
 
     #[inline(always)]
@@ -76,42 +78,54 @@ impl<'a> Intersector<'a> {
 
     /// Performs tests for objects of one class.
     #[inline(always)]
-    fn test_class(&mut self, tests: &mut [RayLeafTest<'_>]) {
+    fn test_class(&mut self, rays: &[LoadedRay], leaves: &[Leaf], tests: &mut [RayLeafTest]) {
         let Some(RayLeafTest { head, ray, .. }) = tests.first() else { return };
         let class = self.class(head.class);
         let Some(kernel) = class.leaf_kernel() else {
-            tests.iter_mut().for_each(|test| self.nearest_one_by_one(test));
+            for test in tests {
+                self.nearest_one_by_one(&rays[test.ray as usize], leaves, test);
+            }
             return;
         };
-        let lane = |test: &RayLeafTest<'_>| test.ray.lane as u32;
-        let first = |test: &RayLeafTest<'_>| ObjectClass::first_index(test.head.index_in_class);
-        let mut calls: SmallVec<[LeafTest; MAX_INTERLEAVED]> = SmallVec::new();
-        tests.iter().for_each(|test| calls.push(LeafTest::new(lane(test), first(test))));
         let intersect = self.intersect_of(class);
-        let blocks = self.blocks.of(ray.frame);
+        let IntersectionBlocks { packet, alone, tests: calls, .. } = &mut *self.blocks;
+        let blocks = match rays[*ray as usize].frame {
+            RayFrame::Packet => packet,
+            RayFrame::Alone => alone,
+        };
+        calls.clear();
+        calls.extend(tests.iter().map(|test| {
+            let first = ObjectClass::first_index(test.head.index_in_class);
+            LeafTest::new(rays[test.ray as usize].lane as u32, first)
+        }));
         let arguments = LeafArguments {
             state: &mut blocks.state,
             scratch: &mut blocks.scratch,
             // Missing objects repeat the first one, so that kernels need no mask.
             count: SIMD_LANES as u32,
-            tests: &mut calls,
+            tests: calls,
             host: &mut NoHost,
         };
         intersect.call_for_leaves(kernel, arguments);
-        for (test, call) in tests.iter_mut().zip(&calls) {
-            if let Some(nearest) = call.nearest() {
-                let index = (nearest - call.first) as usize;
-                test.nearest = Some((index, blocks.take_distance(test.ray)));
-            }
+        // Nothing here depends on whether there is a hit, which no processor could predict.
+        let distances = blocks.state.floats_mut(variables().hit_distance);
+        for (test, call) in tests.iter_mut().zip(&*calls) {
+            let ray = &rays[test.ray as usize];
+            let of_ray = &mut distances[ray.lane % LANES];
+            test.distance = std::mem::replace(of_ray, ray.limit);
+            test.nearest =
+                call.nearest().map_or(RayLeafTest::NO_ITEM, |nearest| nearest - call.first);
         }
     }
 
     #[cold]
-    fn nearest_one_by_one(&mut self, test: &mut RayLeafTest<'_>) {
-        for index in 0..usize::from(test.head.count) {
-            let found = self.ray_against_one(test.ray, test.leaf, index);
-            let found = found.filter(|it| test.nearest.is_none_or(|(_, nearest)| *it < nearest));
-            test.nearest = found.map(|distance| (index, distance)).or(test.nearest);
+    fn nearest_one_by_one(&mut self, ray: &LoadedRay, leaves: &[Leaf], test: &mut RayLeafTest) {
+        for index in 0..u32::from(test.head.count) {
+            let leaf = &leaves[test.leaf as usize];
+            let Some(found) = self.ray_against_one(ray, leaf, index as usize) else { continue };
+            if test.nearest == RayLeafTest::NO_ITEM || found < test.distance {
+                (test.nearest, test.distance) = (index, found);
+            }
         }
     }
 }
@@ -168,9 +182,9 @@ impl Objects for Intersector<'_> {
     }
 
     #[inline(always)]
-    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
+    fn leaves(&mut self, rays: &[LoadedRay], leaves: &[Leaf], tests: &mut [RayLeafTest]) {
         for tests in tests.chunk_by_mut(|one, other| one.head.class == other.head.class) {
-            self.test_class(tests);
+            self.test_class(rays, leaves, tests);
         }
     }
 

@@ -77,12 +77,12 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         self.objects.load_ray(ray);
     }
 
-    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
+    fn leaves(&mut self, rays: &[LoadedRay], leaves: &[Leaf], tests: &mut [RayLeafTest]) {
         for RayLeafTest { head, .. } in &*tests {
             // The lanes of this call are the leaf's objects.
             self.counts.add_call((1 << head.count) - 1);
         }
-        self.objects.leaves(tests);
+        self.objects.leaves(rays, leaves, tests);
     }
 
     fn prefetch(&self, head: &LeafHead) {
