@@ -108,7 +108,7 @@ impl Emitter<'_, '_> {
     pub fn store_nearest_of_chunk(&mut self, mask: Value, accepted: Value) {
         let (keys, hits) = (self.hit_key(), self.hits(mask, accepted).0);
         let nearest = self.nearest_lanes(hits, keys);
-        let (any, lane) = self.first_of(nearest);
+        let (any, lane) = (self.any_bit(nearest), self.first_lane(nearest));
         let none = offsets::NO_OBJECT as i32;
         let object = self.instruction(format_args!("select i1 {any}, i32 {lane}, i32 {none}"));
         self.store_nearest(object, any);
@@ -117,23 +117,6 @@ impl Emitter<'_, '_> {
             let lanes = self.memory_operand(value, true);
             self.store_if(any, output, lanes, lane);
         }
-    }
-
-    /// Returns whether any of these lanes is on, and the first of them, or any lane if none is.
-    fn first_of(&mut self, bits: Operand) -> (Operand, Operand) {
-        let width = self.width;
-        if width == 1 {
-            return (bits, Operand::Int(0));
-        }
-        let ty = self.lanes("i1");
-        let bits = self.instruction(format_args!("bitcast {ty} {bits} to i{width}"));
-        let any = self.instruction(format_args!("icmp ne i{width} {bits}, 0"));
-        let bits = self.instruction(format_args!("zext i{width} {bits} to i32"));
-        // The bit behind the last lane ends the search.
-        let bits = self.instruction(format_args!("or i32 {bits}, {}", 1 << (width - 1)));
-        let (word, exact) = (self.lanes("i32").one(), LlvmType { element: "i1", count: 1 });
-        let arguments = [(word, bits), (exact, Operand::Bool(true))];
-        (any, self.intrinsic("llvm.cttz.i32", word, &arguments))
     }
 
     /// Stores one lane of an output of the ray if a condition holds.

@@ -184,25 +184,26 @@ impl Case {
         for mask in [None, Some(&self.mask)] {
             for (kernel, compiled) in kernels.iter().zip(&compiled) {
                 let mask = mask.filter(|_| kernel.mode != CallMode::Single);
-                let expected = self.interpret(kernel.mode, layout, mask);
-                let found = self.call(compiled, kernel.mode, layout, mask);
-                self.compare(&expected, &found).map_err(|difference| {
-                    format!("masked: {}: {difference}\n{kernel}", mask.is_some())
-                })?;
+                let all = Called { mode: kernel.mode, count: count(kernel.mode), mask };
+                // As many objects as lanes have code of their own.
+                let is_leaf = kernel.mode == CallMode::Leaf;
+                let full = is_leaf.then_some(Called { count: kernel.width as usize, ..all });
+                for called in [all].into_iter().chain(full) {
+                    let expected = self.interpret(called, layout);
+                    let found = self.call(compiled, called, layout);
+                    self.compare(&expected, &found).map_err(|difference| {
+                        let (count, is_masked) = (called.count, mask.is_some());
+                        format!("{count}, masked: {is_masked}: {difference}\n{kernel}")
+                    })?;
+                }
             }
         }
         Ok(())
     }
 
-    fn call(
-        &self,
-        kernel: &CompiledKernel,
-        mode: CallMode,
-        layout: &Layout,
-        mask: Option<&LaneMask>,
-    ) -> Outcome {
+    fn call(&self, kernel: &CompiledKernel, called: Called<'_>, layout: &Layout) -> Outcome {
         let mut outcome = self.untouched();
-        self.call_on(kernel, mode, layout, mask, &mut outcome, &mut HashHost::default());
+        self.call_on(kernel, called, layout, &mut outcome, &mut HashHost::default());
         outcome
     }
 
@@ -210,14 +211,12 @@ impl Case {
     fn call_on(
         &self,
         kernel: &CompiledKernel,
-        mode: CallMode,
+        Called { mode, count, mask }: Called<'_>,
         layout: &Layout,
-        mask: Option<&LaneMask>,
         outcome: &mut Outcome,
         host: &mut HashHost,
     ) {
-        outcome.accepted =
-            LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count(mode));
+        outcome.accepted = LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count);
         let form = layout.object_form(mode);
         let objects = form.map(|form| {
             let count = if form.few_blocks().is_some() { self.few } else { OBJECTS };
@@ -234,7 +233,7 @@ impl Case {
         let status = kernel.call(CallArguments {
             state: &mut outcome.state,
             scratch: &mut outcome.scratch,
-            count: count(mode),
+            count,
             mask,
             accepted: Some(&mut outcome.accepted),
             instances,
@@ -251,7 +250,7 @@ impl Case {
         if are_few { &self.few_indices } else { &self.indices }
     }
 
-    fn interpret(&self, mode: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
+    fn interpret(&self, Called { mode, count, mask }: Called<'_>, layout: &Layout) -> Outcome {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
         let mut outcome = self.untouched();
@@ -260,7 +259,7 @@ impl Case {
         };
         let keeps_nearest = mode == CallMode::Leaf && self.function.outputs.iter().any(accepts);
         let mut nearest: Option<(f32, Outcome)> = None;
-        for ray in (0..count(mode)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
+        for ray in (0..count).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
             if keeps_nearest {
                 // Initially the outputs of the ray itself, as if this were the only object.
                 let mut alone = self.untouched();
@@ -430,7 +429,15 @@ fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> Obje
     ObjectForm::new(variables.filter(|_| entropy.chance(128)).flat_map(words))
 }
 
-/// Returns the number of rays of a call.
+/// The lanes of a call.
+#[derive(Clone, Copy)]
+struct Called<'a> {
+    mode: CallMode,
+    count: usize,
+    mask: Option<&'a LaneMask>,
+}
+
+/// Returns the greatest number of rays of a call.
 fn count(mode: CallMode) -> usize {
     match mode {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => RAYS,

@@ -9,13 +9,16 @@ use rtsl_packet::interleave;
 use rtsl_stages::{Port, ResumedBy, Stages};
 use rtsl_testing::functions::HashHost;
 
-use super::{Case, Outcome, RAYS, WIDTHS, llvm};
+use super::{Called, Case, Outcome, RAYS, WIDTHS, llvm};
+
+/// The call of a wave.
+const ALL: Called<'_> = Called { mode: CallMode::Packet, count: RAYS, mask: None };
 
 impl Case {
     /// Compares the compiled stages of the function with the interpreter of the whole, at every width.
     pub fn check_stages(&self, stages: &Stages) -> Result<(), String> {
         let layout = self.layout_of(stages);
-        let expected = self.interpret(CallMode::Packet, &self.layout, None);
+        let expected = self.interpret(ALL, &self.layout);
         let target = llvm().host();
         let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
         for width in WIDTHS {
@@ -66,7 +69,8 @@ impl Case {
                 is_done = false;
                 rays.iter().for_each(|ray| wave.answer(stage.resumed_by, *ray));
                 let Wave { layout: _, outcome, host } = &mut wave;
-                self.call_on(kernel, CallMode::Packet, layout, Some(&mask), outcome, host);
+                let called = Called { mask: Some(&mask), ..ALL };
+                self.call_on(kernel, called, layout, outcome, host);
             }
             if is_done {
                 break;
