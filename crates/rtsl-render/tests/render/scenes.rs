@@ -147,6 +147,17 @@ fn images_of_the_batch_renderer_are_the_same_for_every_width_thread_count_and_ba
     compare_scenes(BATCH, 1, (16, 8), SAMPLES_OF_WAVE);
 }
 
+/// Many more threads than there are processors: each is stopped wherever it is, and most find no tile left.
+#[test]
+fn images_are_the_same_on_64_threads() {
+    let scene = root().join("scenes/meshes.pbrt");
+    let ways = [Way::compiled(8, 1), Way::compiled(8, 64)];
+    for renderer in [INTERACTIVE, BATCH] {
+        let different = compare(&scene, renderer, (72, 40), SAMPLES_OF_WAVE, &ways);
+        assert!(different.is_empty(), "{different:?}");
+    }
+}
+
 /// Compares a few settings for every second scene, from the first or second on, all of them over these scenes, because
 /// compiling kernels is slow in debug builds.
 fn compare_scenes(renderer: &str, first: usize, size: (usize, usize), samples: u32) {

@@ -380,8 +380,8 @@ struct SurfaceKey {
 }
 
 /// The greatest number of elements of an object that stages are linked with: each has data of its own in kernels. With
-/// 4,096 instead, a book of 21,000 triangles had 0.88 of the rays a second, and five rooms 0.93 to 1.01 (Zen 5); without
-/// a limit, kernels of 3.5 million triangles took 0.4 GB.
+/// 4,096 instead, a book of 21,000 triangles had 0.88 of the rays a second, and five rooms 0.93 to 1.01 (Zen 5).
+/// Without a limit, kernels of 3.5 million triangles took 0.4 GB.
 const MAX_LINKED_ELEMENTS: u32 = 1 << 15;
 
 /// Returns the objects of a scene by the classes of their parts.
