@@ -1,8 +1,8 @@
 //! The search for libLLVM.
 //!
-//! The order: `RTSL_LLVM`, which excludes all other locations; the libraries that the host suggests; the system's, the
-//! newest first; the library inside the Rust toolchain. The search only inspects paths and folders; `rustc` is run as
-//! the last resort, since that alone takes longer than loading LLVM.
+//! The order: `RTSL_LLVM`, which excludes all other locations; the libraries that the host suggests; those of Rust
+//! toolchains and of the system, the newest first. The search only inspects paths and folders; `rustc` is run as the
+//! last resort, since that alone takes longer than loading LLVM.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -33,21 +33,19 @@ pub fn candidates() -> Candidates {
     match std::env::var_os("RTSL_LLVM").filter(|value| !value.is_empty()) {
         Some(value) => Candidates::Chosen(chosen(Path::new(&value))),
         None => {
-            let variables: [fn() -> Vec<PathBuf>; 4] = [
-                suggested_libraries,
-                system_libraries,
-                toolchain_libraries,
-                asked_toolchain_libraries,
-            ];
-            Candidates::Found(Box::new(variables.into_iter().flat_map(|variable| variable())))
+            let locations: [fn() -> Vec<PathBuf>; 3] =
+                [suggested_libraries, installed, asked_toolchain_libraries];
+            Candidates::Found(Box::new(locations.into_iter().flat_map(|location| location())))
         }
     }
 }
 
-/// Returns every library in the searched locations, ignoring `RTSL_LLVM`.
+/// Returns every library of toolchains and of the system, the newest first. Of equal versions those of toolchains,
+/// which were optimised by profiles: a first tile takes 0.17 s by LLVM 22 of a toolchain, and 0.26 by Debian's LLVM 19.
 pub fn installed() -> Vec<PathBuf> {
-    let mut paths = system_libraries();
-    paths.extend(toolchain_libraries());
+    let mut paths = toolchain_libraries();
+    paths.extend(libraries_in(system_folders()));
+    paths.sort_by_key(|path| std::cmp::Reverse(major_by_name(path)));
     let mut seen = Vec::new();
     paths.retain(|path| {
         let new = !seen.contains(path);
@@ -67,10 +65,6 @@ fn chosen(path: &Path) -> Vec<PathBuf> {
         }
     }
     vec![path.to_owned()]
-}
-
-fn system_libraries() -> Vec<PathBuf> {
-    libraries_in(system_folders())
 }
 
 fn system_folders() -> Vec<PathBuf> {
